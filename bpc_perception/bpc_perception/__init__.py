@@ -1,0 +1,3 @@
+"""Live thickness feedback for robotic bioprinting."""
+
+__version__ = '0.1.0'

@@ -1,0 +1,212 @@
+"""Validated, frozen configuration objects: the one home of every default.
+
+A field is annotated with a :class:`Parameter`, from which nodes derive the description and
+range of the ROS parameter, so that a default, its unit and its limits are written once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+import math
+from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar
+
+ConfigType = TypeVar('ConfigType', bound='Config')
+
+
+class ConfigError(ValueError):
+    """A configuration value is not what was expected; the message names both."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What a configuration field means and which values it takes."""
+
+    description: str
+    unit: str = ''
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[str, ...] = ()
+    read_only: bool = False
+
+    def check(self, name: str, value: object, kind: Any) -> None:
+        """Raise ConfigError unless ``value`` is a ``kind`` within the limits."""
+        if get_origin(kind) is tuple:
+            kinds = get_args(kind)
+            if not isinstance(value, tuple) or len(value) != len(kinds):
+                raise ConfigError(f'{name}: expected {len(kinds)} numbers, found {value!r}')
+            for item, item_kind in zip(value, kinds, strict=True):
+                self.check(name, item, item_kind)
+            return
+        accepted: tuple[type, ...] = (int, float) if kind is float else (kind,)
+        if not isinstance(value, accepted) or (isinstance(value, bool) and kind is not bool):
+            raise ConfigError(f'{name}: expected a {kind.__name__}, found {value!r}')
+        if self.choices and value not in self.choices:
+            raise ConfigError(
+                f'{name}: expected one of {", ".join(self.choices)}, found {value!r}')
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            low = -math.inf if self.minimum is None else self.minimum
+            high = math.inf if self.maximum is None else self.maximum
+            if not low <= value <= high or math.isinf(value):
+                unit = f' {self.unit}' if self.unit else ''
+                raise ConfigError(f'{name}: expected {low:g} to {high:g}{unit}, found {value!r}')
+
+
+@dataclass(frozen=True)
+class Config:
+    """Base of all configuration objects: checks every field when made."""
+
+    def __post_init__(self) -> None:
+        for name, (parameter, kind) in parameters_of(type(self)).items():
+            value = getattr(self, name)
+            if isinstance(value, list):
+                value = tuple(value)
+            parameter.check(name, value, kind)
+            if kind is float:
+                value = float(value)
+            object.__setattr__(self, name, value)
+
+
+def parameters_of(config_type: type[Config]) -> dict[str, tuple[Parameter, Any]]:
+    """The described fields of a configuration class: name to (parameter, type)."""
+    found = {}
+    for name, hint in get_type_hints(config_type, include_extras=True).items():
+        for extra in get_args(hint)[1:]:
+            if isinstance(extra, Parameter):
+                found[name] = (extra, get_args(hint)[0])
+    return found
+
+
+def flatten(config: Config, prefix: str = '') -> Iterator[tuple[str, Parameter, Any]]:
+    """Yield (dotted name, parameter, value) of every field, nested groups included."""
+    described = parameters_of(type(config))
+    for entry in fields(config):
+        value = getattr(config, entry.name)
+        if is_dataclass(value):
+            assert isinstance(value, Config)
+            yield from flatten(value, f'{prefix}{entry.name}.')
+        else:
+            yield prefix + entry.name, described[entry.name][0], value
+
+
+def replace_flat(config: ConfigType, values: Mapping[str, Any], prefix: str = '') -> ConfigType:
+    """A copy of ``config`` with the fields of these dotted names set.
+
+    Raises:
+        ConfigError: a name is unknown, or a value has the wrong type or is out of range.
+    """
+    known = {name for name, _, _ in flatten(config, prefix)}
+    for name in values:
+        if name not in known:
+            raise ConfigError(f'{name}: no such parameter; known are {", ".join(sorted(known))}')
+    changes: dict[str, Any] = {}
+    for entry in fields(config):
+        value, name = getattr(config, entry.name), prefix + entry.name
+        if isinstance(value, Config):
+            inner = {key: v for key, v in values.items() if key.startswith(f'{name}.')}
+            changes[entry.name] = replace_flat(value, inner, f'{name}.')
+        else:
+            changes[entry.name] = values.get(name, value)
+    try:
+        return type(config)(**changes)
+    except ConfigError as error:
+        raise ConfigError(f'{prefix}{error}') from None
+
+
+@dataclass(frozen=True)
+class SegmentationConfig(Config):
+    """Delineation of the deposit in the image (paper, Sec. III-A)."""
+
+    canny_low: Annotated[float, Parameter(
+        'Canny: gradient from which an edge is continued', 'grey levels', 0, 10000)] = 50.0
+    canny_high: Annotated[float, Parameter(
+        'Canny: gradient from which an edge is started', 'grey levels', 0, 10000)] = 150.0
+    kernel_size: Annotated[int, Parameter(
+        'Side of the square that dilates the filled raw contours', 'pixels', 1, 101)] = 3
+    jump_threshold: Annotated[int, Parameter(
+        'Largest step along a raw contour that still continues it', 'vertices', 1, 10000)] = 10
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.canny_low > self.canny_high:
+            raise ConfigError('canny_low: expected at most canny_high '
+                              f'({self.canny_high:g}), found {self.canny_low:g}')
+        if self.kernel_size % 2 == 0:
+            raise ConfigError(f'kernel_size: expected an odd number, found {self.kernel_size}')
+
+
+@dataclass(frozen=True)
+class VisibilityConfig(Config):
+    """What has to be seen before a sample may be called measured or a gap."""
+
+    occlusion_height: Annotated[float, Parameter(
+        'Anything this much above the fitted plane hides what is below', 'm', 0.0005, 1)] = 0.01
+    depth_radius: Annotated[int, Parameter(
+        'Depth must be known within this distance of a gap sample', 'pixels', 0, 50)] = 2
+
+
+@dataclass(frozen=True)
+class AdviceConfig(Config):
+    """From measured thickness to rate advice."""
+
+    target_thickness: Annotated[float, Parameter(
+        'Thickness wanted; 0 = none set, no valid advice', 'm', 0, 0.1)] = 0.0
+    window: Annotated[float, Parameter(
+        'Length of the newest stretch of path looked at', 'm', 0.0005, 1)] = 0.02
+    minimum_samples: Annotated[int, Parameter(
+        'Fewest measured samples in the window for valid advice', '', 1, 100000)] = 10
+    minimum_coverage: Annotated[float, Parameter(
+        'Least share of measured samples in the window for valid advice', '', 0, 1)] = 0.5
+    dead_band: Annotated[float, Parameter(
+        'Relative deviation from the target that needs no correction', '', 0, 1)] = 0.03
+    minimum_scale: Annotated[float, Parameter('Least factor advised', '', 0.01, 1)] = 0.5
+    maximum_scale: Annotated[float, Parameter('Largest factor advised', '', 1, 100)] = 2.0
+    gap_length: Annotated[float, Parameter(
+        'Shortest gap, where ink was pushed out, that is reported', 'm', 0, 1)] = 0.002
+    stale_after: Annotated[float, Parameter(
+        'Age of the newest measured sample from which advice is invalid', 's', 0.1, 3600)] = 20.0
+    lifetime: Annotated[float, Parameter(
+        'How long advice holds after its capture', 's', 0.1, 3600)] = 5.0
+
+
+@dataclass(frozen=True)
+class PathConfig(Config):
+    """From poses and extruder states to the path of a print."""
+
+    spacing: Annotated[float, Parameter(
+        'Distance between path points', 'm', 1e-5, 0.1, read_only=True)] = 0.0002
+    smoothing_time: Annotated[float, Parameter(
+        'Poses within this time around each are averaged; 0 = none',
+        's', 0, 10, read_only=True)] = 0.1
+    maximum_gap: Annotated[float, Parameter(
+        'Time without a pose after which the path between is unknown', 's', 0.01, 60,
+        read_only=True)] = 0.5
+    extrusion_timeout: Annotated[float, Parameter(
+        'Age from which an extruder state is no longer believed', 's', 0.01, 60,
+        read_only=True)] = 0.5
+    auto: Annotated[bool, Parameter(
+        'Start a print by itself when ink is pushed out', read_only=True)] = True
+    auto_stop_after: Annotated[float, Parameter(
+        'With auto: a print ends when no ink was pushed out for this long', 's', 0.1, 3600,
+        read_only=True)] = 10.0
+
+
+@dataclass(frozen=True)
+class RecorderConfig(Config):
+    """All of the path recorder."""
+
+    nozzle_offset: Annotated[tuple[float, float, float], Parameter(
+        'Nozzle tip in the flange frame: x, y, z', 'm', -2, 2, read_only=True)] = (0.0, 0.0, 0.0)
+    path: PathConfig = field(default_factory=PathConfig)
+
+
+@dataclass(frozen=True)
+class ThicknessConfig(Config):
+    """All of the measurement."""
+
+    method: Annotated[str, Parameter(
+        'How thickness is measured: "paper" is the published method',
+        choices=('paper',))] = 'paper'
+    segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
+    visibility: VisibilityConfig = field(default_factory=VisibilityConfig)
+    advice: AdviceConfig = field(default_factory=AdviceConfig)

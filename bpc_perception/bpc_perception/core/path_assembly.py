@@ -1,0 +1,246 @@
+"""From poses and extruder states to the path of a print, while it grows.
+
+The same inputs give the same path to the last bit, however they are split into calls: live and
+offline measurements have to agree. Hence sums run strictly in order, and a path point is
+only given out when nothing that arrives later can change it.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+from dataclasses import dataclass
+from datetime import datetime, timezone
+import math
+
+import numpy as np
+
+from bpc_perception.core.config import PathConfig
+from bpc_perception.core.geometry import Array
+from bpc_perception.core.path import DepositionPath
+
+
+@dataclass(frozen=True)
+class ExtruderSample:
+    """What the extruder did at one time [ns]; velocity [m/s] and flow [m^3/s], NaN = unknown."""
+
+    stamp_ns: int
+    extruding: bool
+    plunger_velocity: float
+    flow_rate: float
+
+
+class PathAssembler:
+    """The path of one print: smoothed, resampled, joined with the extruder's state.
+
+    Poses are averaged over ``smoothing_time`` around each; path points are placed along
+    their polyline each ``spacing`` away from the one before, so that a robot that trembles on
+    the spot adds no length.
+    """
+
+    def __init__(self, print_id: str, start_ns: int, config: PathConfig) -> None:
+        self.print_id = print_id
+        self.start_ns = start_ns
+        self._config = config
+        self._stop = math.inf
+        self._new: list[tuple[float, float, float, float]] = []
+        self._tail = np.empty((0, 4))  # poses still needed: time, x, y, z
+        self._sums = np.zeros((1, 3))  # sum of all positions before each pose of the tail
+        self._smoothed = 0  # poses of the tail already smoothed
+        self._knots = np.empty((0, 4))  # smoothed poses from the last path point on
+        self._scanned = 0  # knots known to be nearer than `spacing` to the last path point
+        self._waiting: list[tuple[float, float, float, float, float]] = []
+        self._states: list[ExtruderSample] = []
+        self._state_times: list[float] = []
+        self._points = np.empty((0, 8))
+
+    def add_pose(self, stamp_ns: int, tip: Array) -> None:
+        """Append a position (3,) of the nozzle tip [m]; stamps must increase."""
+        x, y, z = tip.tolist()
+        self._new.append((self._time(stamp_ns), x, y, z))
+
+    def add_extruder(self, sample: ExtruderSample) -> None:
+        """Append a state of the extruder; stamps must increase."""
+        self._states.append(sample)
+        self._state_times.append(self._time(sample.stamp_ns))
+
+    def stop(self, stamp_ns: int) -> None:
+        """Let the path end at this time."""
+        self._stop = self._time(stamp_ns)
+
+    def path(self) -> DepositionPath:
+        """The path as far as it is certain by now."""
+        latest = self._smooth()
+        self._resample()
+        complete = self._join(latest)
+        time, arc, x, y, z, velocity, flow, extruding = self._points.T
+        return DepositionPath(
+            print_id=self.print_id, start_ns=self.start_ns, complete_until=complete,
+            finished=complete >= self._stop, time=time, arc_length=arc,
+            points=np.stack((x, y, z), axis=1), plunger_velocity=velocity, flow_rate=flow,
+            extruding=extruding.astype(bool))
+
+    def _time(self, stamp_ns: int) -> float:
+        return (stamp_ns - self.start_ns) * 1e-9
+
+    def _smooth(self) -> float:
+        """Turn the poses whose neighbourhood is complete into knots; the time of the latest."""
+        new = np.array(self._new).reshape(-1, 4)
+        self._new.clear()
+        self._tail = np.concatenate((self._tail, new))
+        # Starting from the carried sum keeps the order of summation, whatever the batches.
+        self._sums = np.concatenate(
+            (self._sums[:-1], np.cumsum(np.concatenate((self._sums[-1:], new[:, 1:])), axis=0)))
+        time = self._tail[:, 0]
+        if len(time) == 0:
+            return -math.inf
+        half = self._config.smoothing_time / 2
+        ready = int(np.searchsorted(time + half, time[-1], side='left')) if half else len(time)
+        centre = slice(self._smoothed, ready)
+        low = np.searchsorted(time, time[centre] - half, side='left')
+        high = np.searchsorted(time, time[centre] + half, side='right')
+        mean = (self._sums[high] - self._sums[low]) / (high - low)[:, None]
+        self._knots = np.concatenate((self._knots, np.column_stack((time[centre], mean))))
+        keep = int(np.searchsorted(time, time[ready - 1] - half)) if ready else 0
+        self._tail, self._sums = self._tail[keep:], self._sums[keep:]
+        self._smoothed = ready - keep
+        return float(time[-1])
+
+    def _resample(self) -> None:
+        """Place path points along the knots, each ``spacing`` from the one before."""
+        knots, spacing = self._knots, self._config.spacing
+        if len(knots) and not self._waiting and not len(self._points):
+            self._waiting.append((knots[0, 0], 0.0, *knots[0, 1:]))
+        while self._scanned < len(knots):
+            last = np.array(self._waiting[-1] if self._waiting else self._points[-1, :5])
+            block = knots[self._scanned:self._scanned + 256]
+            offset = block[:, 1:] - last[2:]
+            away = np.flatnonzero((offset * offset).sum(axis=1) >= spacing * spacing)
+            if len(away) == 0:
+                self._scanned += len(block)
+                continue
+            self._scanned += int(away[0])
+            self._waiting.append(self._step(last, self._scanned))
+        keep = max(self._scanned - 1, 0)
+        self._knots, self._scanned = knots[keep:], self._scanned - keep
+
+    def _step(self, last: Array, index: int) -> tuple[float, float, float, float, float]:
+        """The next path point, between the knots before and at ``index``."""
+        start, end = self._knots[index - 1], self._knots[index]
+        step = end[1:] - start[1:]
+        if end[0] - start[0] > self._config.maximum_gap:
+            arc = last[1] + math.dist(last[2:], end[1:])
+            return (end[0], arc, *end[1:])
+        # |start + share * step - last| = spacing, a quadratic in share.
+        back = start[1:] - last[2:]
+        a, b = float((step * step).sum()), float((step * back).sum())
+        c = float((back * back).sum()) - self._config.spacing ** 2
+        share = min(max((-b + math.sqrt(max(b * b - a * c, 0.0))) / a, 0.0), 1.0)
+        time = start[0] + share * (end[0] - start[0])
+        return (time, last[1] + self._config.spacing, *(start[1:] + share * step))
+
+    def _join(self, latest: float) -> float:
+        """Give out the points whose extruder state is known or given up; complete until when."""
+        timeout = self._config.extrusion_timeout
+        known = self._state_times[-1] if self._state_times else -math.inf
+        knot = float(self._knots[-1, 0]) if len(self._knots) else -math.inf
+        complete = min(knot, max(known, latest - timeout))
+        rows = []
+        for point in self._waiting:
+            if point[0] > min(complete, self._stop):
+                break
+            before = bisect_right(self._state_times, point[0]) - 1
+            if before >= 0 and point[0] - self._state_times[before] <= timeout:
+                state = self._states[before]
+                rows.append((*point, state.plunger_velocity, state.flow_rate, state.extruding))
+            else:
+                rows.append((*point, math.nan, math.nan, False))
+        if rows:
+            del self._waiting[:len(rows)]
+            self._points = np.concatenate((self._points, rows))
+        forgotten = max(bisect_right(self._state_times, complete) - 1, 0)
+        del self._states[:forgotten], self._state_times[:forgotten]
+        return complete
+
+
+class PrintTracker:
+    """Starts and stops prints, on request or by itself when ink is pushed out.
+
+    A little history is kept, so that a print starts and stops at the stamps that say so and
+    not with the messages that happened to have arrived.
+    """
+
+    HISTORY_S = 5.0
+
+    def __init__(self, config: PathConfig) -> None:
+        self._config = config
+        self._poses: deque[tuple[int, Array]] = deque()
+        self._states: deque[ExtruderSample] = deque()
+        self._print: PathAssembler | None = None
+        self._running = False
+        self._last_extruding_ns = 0
+        self.refused = 0
+
+    def add_pose(self, stamp_ns: int, tip: Array) -> None:
+        """Take a position (3,) of the nozzle tip [m]; refused unless later than the last."""
+        if self._poses and stamp_ns <= self._poses[-1][0]:
+            self.refused += 1
+            return
+        self._poses.append((stamp_ns, tip))
+        while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
+            self._poses.popleft()
+        if self._print:
+            self._print.add_pose(stamp_ns, tip)
+
+    def add_extruder(self, sample: ExtruderSample) -> None:
+        """Take a state of the extruder; refused unless later than the last."""
+        if self._states and sample.stamp_ns <= self._states[-1].stamp_ns:
+            self.refused += 1
+            return
+        self._states.append(sample)
+        while sample.stamp_ns - self._states[0].stamp_ns > self.HISTORY_S * 1e9:
+            self._states.popleft()
+        if self._print:
+            self._print.add_extruder(sample)
+        if not self._config.auto:
+            return
+        if sample.extruding:
+            self._last_extruding_ns = sample.stamp_ns
+            if not self._running:
+                self.start(sample.stamp_ns)
+        pause_ns = round(self._config.auto_stop_after * 1e9)
+        if self._running and sample.stamp_ns - self._last_extruding_ns > pause_ns:
+            self.stop(self._last_extruding_ns + pause_ns)
+
+    def start(self, stamp_ns: int) -> str:
+        """Start a new print at this time and return its id; a running one is given up."""
+        start = datetime.fromtimestamp(stamp_ns // 10**9, timezone.utc)
+        print_id = f'{start:%Y%m%dT%H%M%S}.{stamp_ns % 10**9 // 10**6:03d}Z'
+        self._print = PathAssembler(print_id, stamp_ns, self._config)
+        for pose_ns, tip in self._poses:
+            if pose_ns >= stamp_ns:
+                self._print.add_pose(pose_ns, tip)
+        for sample in self._states:
+            self._print.add_extruder(sample)
+        self._running = True
+        self._last_extruding_ns = stamp_ns
+        return print_id
+
+    def stop(self, stamp_ns: int) -> bool:
+        """Let the running print end at this time; False when none runs."""
+        if self._print is None or not self._running:
+            return False
+        self._print.stop(stamp_ns)
+        self._running = False
+        return True
+
+    def clear(self) -> None:
+        """Forget the print and all history, as when the clock jumps back."""
+        self._poses.clear()
+        self._states.clear()
+        self._print = None
+        self._running = False
+
+    def path(self) -> DepositionPath | None:
+        """The path of the running or last print, or None before the first."""
+        return self._print.path() if self._print else None

@@ -1,0 +1,75 @@
+"""Poses of a moving frame over time, interpolated at a stamp."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from bpc_perception.core.geometry import Array
+
+
+def pose_matrix(position: Array, quaternion: Array) -> Array:
+    """The 4x4 transform of a position (3,) [m] and a unit quaternion (4,) as x, y, z, w.
+
+    Raises ValueError where a number is not finite or the quaternion is not of unit length.
+    """
+    if not (np.isfinite(position).all() and np.isfinite(quaternion).all()):
+        raise ValueError(f'pose: expected finite numbers, found {position} and {quaternion}')
+    length = float(np.linalg.norm(quaternion))
+    if abs(length - 1) > 1e-2:
+        raise ValueError(f'pose: expected a quaternion of length 1, found {length:.4g}')
+    T_target_source = np.eye(4)
+    T_target_source[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    T_target_source[:3, 3] = position
+    return T_target_source
+
+
+class PoseBuffer:
+    """The latest poses of a frame, in order of their stamps."""
+
+    def __init__(self, length: int = 10000) -> None:
+        self._stamps: deque[int] = deque(maxlen=length)
+        self._poses: deque[Array] = deque(maxlen=length)
+
+    def add(self, stamp_ns: int, T_target_source: Array) -> bool:
+        """Append a pose (4, 4); False, and nothing kept, unless it is later than the last."""
+        if self._stamps and stamp_ns <= self._stamps[-1]:
+            return False
+        self._stamps.append(stamp_ns)
+        self._poses.append(T_target_source)
+        return True
+
+    def clear(self) -> None:
+        """Forget all poses."""
+        self._stamps.clear()
+        self._poses.clear()
+
+    @property
+    def latest_ns(self) -> int | None:
+        """Stamp of the last pose, or None."""
+        return self._stamps[-1] if self._stamps else None
+
+    def at(self, stamp_ns: int, maximum_gap: float) -> Array | None:
+        """The pose (4, 4) at a time, between the poses before and after it.
+
+        Position is linear, rotation spherical-linear. None where there is no pose on either
+        side or the two are more than ``maximum_gap`` seconds apart.
+        """
+        after = int(np.searchsorted(np.array(self._stamps), stamp_ns))
+        if after == len(self._stamps):
+            return None
+        if self._stamps[after] == stamp_ns:
+            return self._poses[after]
+        if after == 0:
+            return None
+        before_ns, after_ns = self._stamps[after - 1], self._stamps[after]
+        if after_ns - before_ns > maximum_gap * 1e9:
+            return None
+        share = (stamp_ns - before_ns) / (after_ns - before_ns)
+        pair = np.stack((self._poses[after - 1], self._poses[after]))
+        pose = np.eye(4)
+        pose[:3, :3] = Slerp((0, 1), Rotation.from_matrix(pair[:, :3, :3]))(share).as_matrix()
+        pose[:3, 3] = (1 - share) * pair[0, :3, 3] + share * pair[1, :3, 3]
+        return pose

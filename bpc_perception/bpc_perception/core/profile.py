@@ -1,0 +1,115 @@
+"""The result of a measurement: thickness along the path, sample by sample, and its summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bpc_perception.core.geometry import Array
+
+
+class Status(IntEnum):
+    """What is known of a sample; the numbers are those of ThicknessProfile.msg."""
+
+    MEASURED = 0
+    GAP = 1
+    NO_DATA = 2
+    OCCLUDED = 3
+    JUNCTION = 4
+    LOW_CONFIDENCE = 5
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Statistics of a profile; thickness over its MEASURED samples [m], NaN without any."""
+
+    thickness_mean: float
+    thickness_std: float
+    thickness_q1: float
+    thickness_median: float
+    thickness_q3: float
+    coverage: float
+    gap_count: int
+    gap_length: float
+
+
+@dataclass(frozen=True)
+class ThicknessProfile:
+    """Thickness along the path of a print, measured in one capture; arrays of N samples.
+
+    Attributes:
+        stamp_ns: stamp of the capture [ns].
+        print_id: identifier of the print.
+        print_start_ns: zero of ``time`` [ns].
+        capture: number of the capture within the print, from 0.
+        method: name of the method that measured.
+        time: (N,) when the nozzle passed [s after print_start_ns].
+        arc_length: (N,) along the path [m].
+        points: (N, 3) nozzle tip in the robot base frame [m].
+        extruding: (N,) whether ink was being pushed out.
+        status: (N,) values of Status, uint8.
+        thickness: (N,) [m]; NaN unless MEASURED, or GAP (0).
+        sigma: (N,) 1-sigma uncertainty of thickness [m]; NaN unless MEASURED.
+        left, right: (N,) distance from the path to each side point [m]; NaN unless MEASURED.
+        left_points, right_points: (N, 3) side points in the base frame [m].
+        processing_time: from everything at hand to this result [s].
+    """
+
+    stamp_ns: int
+    print_id: str
+    print_start_ns: int
+    capture: int
+    method: str
+    time: Array
+    arc_length: Array
+    points: Array
+    extruding: NDArray[np.bool_]
+    status: NDArray[np.uint8]
+    thickness: Array
+    sigma: Array
+    left: Array
+    right: Array
+    left_points: Array
+    right_points: Array
+    processing_time: float
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @cached_property
+    def gaps(self) -> Array:
+        """Arc lengths (G, 2) at which each uninterrupted run of GAP starts and ends [m].
+
+        A sample stands for the path half-way to its neighbours.
+        """
+        return run_extents(self.status == Status.GAP, self.arc_length)
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Statistics over all samples."""
+        measured = self.thickness[self.status == Status.MEASURED]
+        q1, median, q3 = (np.percentile(measured, (25, 50, 75)) if len(measured)
+                          else (np.nan, np.nan, np.nan))
+        known = (self.status == Status.MEASURED) | (self.status == Status.GAP)
+        return Summary(
+            thickness_mean=float(measured.mean()) if len(measured) else np.nan,
+            thickness_std=float(measured.std()) if len(measured) else np.nan,
+            thickness_q1=float(q1), thickness_median=float(median), thickness_q3=float(q3),
+            coverage=float(known.mean()) if len(known) else np.nan,
+            gap_count=len(self.gaps),
+            gap_length=float((self.gaps[:, 1] - self.gaps[:, 0]).sum()))
+
+
+def run_extents(mask: NDArray[np.bool_], arc_length: Array) -> Array:
+    """Start and end (R, 2) of each run of True along arc_length (N,), to half-way samples."""
+    if not mask.any():
+        return np.empty((0, 2))
+    borders = np.concatenate((arc_length[:1], (arc_length[1:] + arc_length[:-1]) / 2,
+                              arc_length[-1:]))
+    steps = np.diff(np.concatenate(([False], mask, [False])).astype(np.int8))
+    return np.stack((borders[np.flatnonzero(steps == 1)],
+                     borders[np.flatnonzero(steps == -1)]), axis=1)
