@@ -1,0 +1,1 @@
+"""A synthetic bioprinter with known truth: scene, camera, robot and extruder."""
