@@ -1,0 +1,1 @@
+"""What ./bpc does before the product starts; standard library only."""

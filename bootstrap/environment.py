@@ -1,0 +1,78 @@
+"""The environment variables that the nodes, colcon, pytest and Python need."""
+
+from collections.abc import Iterable, Mapping
+import os
+from pathlib import Path
+import shlex
+
+from bootstrap.stamps import PYTHON_PACKAGES
+from bootstrap.venv import Venv
+
+# Search paths that a sourced ROS fills. Where it cannot be used, nothing of it may stay.
+ROS_PATHS = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'LD_LIBRARY_PATH')
+
+
+def joined(first: Iterable[Path], rest: str) -> str:
+    """A search path with some folders in front, each folder once."""
+    parts = [str(path) for path in first] + [part for part in rest.split(os.pathsep) if part]
+    return os.pathsep.join(dict.fromkeys(parts))
+
+
+def python_folders(root: Path) -> list[Path]:
+    """Where our packages are imported from: sources, their metadata, generated messages."""
+    install = root / 'install'
+    return [
+        *(root / package for package in PYTHON_PACKAGES),
+        *(root / 'build' / package for package in PYTHON_PACKAGES),
+        *sorted(install.glob('lib/python3*/site-packages')),
+        *sorted(install.glob('local/lib/python3*/dist-packages')),
+    ]
+
+
+def search_paths(venv: Venv, given: Mapping[str, str], built: bool) -> dict[str, str]:
+    """The search paths, with or without what colcon built in front."""
+    if given.get('ROS_DISTRO') and venv.rclpy is None:
+        given = {key: value for key, value in given.items() if key not in ROS_PATHS}
+    root = venv.root
+    prefixes = [root / 'install'] if built else []
+    libraries = [prefix / 'lib' for prefix in prefixes]
+    if venv.rclpy is None:
+        prefixes.append(venv.path)
+        wheel_libraries = sorted(venv.path.glob('lib/python3*/site-packages/ros_*.libs'))
+        libraries += [venv.path / 'lib', *wheel_libraries]
+    folders = {
+        'PATH': [venv.path / 'bin'],
+        'AMENT_PREFIX_PATH': prefixes,
+        'CMAKE_PREFIX_PATH': prefixes,
+        'LD_LIBRARY_PATH': libraries,
+        'PYTHONPATH': python_folders(root) if built else [],
+    }
+    return {name: joined(paths, given.get(name, '')) for name, paths in folders.items()}
+
+
+def variables(venv: Venv, given: Mapping[str, str], built: bool = True) -> dict[str, str]:
+    """The variables to set, given those that are set already.
+
+    Args:
+        venv: the virtual environment
+        given: the variables that are set
+        built: whether what colcon built is to be found too
+    """
+    result = {
+        'BPC_ROOT': str(venv.root),
+        'VIRTUAL_ENV': str(venv.path),
+        **search_paths(venv, given, built),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': given.get('ROS_AUTOMATIC_DISCOVERY_RANGE') or 'LOCALHOST',
+        'ROS_LOG_DIR': given.get('ROS_LOG_DIR') or str(venv.root / 'log' / 'ros'),
+        'RMW_IMPLEMENTATION': given.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp',
+    }
+    if venv.rclpy is None:
+        result['CMAKE_GENERATOR'] = 'Ninja'
+        # The wheels would start each Python twice to set LD_LIBRARY_PATH, which is set above.
+        result['_ROS_WHEELS_BOOTSTRAP_COMPLETE'] = '1'
+    return {name: value for name, value in result.items() if value}
+
+
+def exports(values: Mapping[str, str]) -> str:
+    """Shell lines that set the variables."""
+    return ''.join(f'export {name}={shlex.quote(value)}\n' for name, value in values.items())

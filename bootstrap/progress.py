@@ -1,0 +1,59 @@
+"""Shows on stderr what the set-up does, and runs its long commands with their output in a log."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from shutil import get_terminal_size
+import subprocess
+import sys
+import time
+
+PLAIN_INTERVAL = 20.0  # [s] between signs of life where there is no terminal
+
+
+class SetupError(Exception):
+    """The set-up cannot go on; the message is the one line that the user reads."""
+
+
+def note(text: str) -> None:
+    """Print one line about the set-up."""
+    print(f'bpc: {text}', file=sys.stderr, flush=True)
+
+
+def last_line(log: Path) -> str:
+    """The last line of a growing log that says something."""
+    with log.open('rb') as file:
+        file.seek(max(0, log.stat().st_size - 2000))
+        lines = file.read().decode(errors='replace').split('\n')
+    return next((line.strip() for line in reversed(lines) if line.strip()), '')
+
+
+def run_logged(
+    command: Sequence[str], log: Path, *, cwd: Path, environment: Mapping[str, str]
+) -> bool:
+    """Run a command, appending its output to a log; tell whether it succeeded."""
+    terminal = sys.stderr.isatty()
+    start = shown = time.monotonic()
+    with log.open('ab') as output:
+        process = subprocess.Popen(
+            command, cwd=cwd, env=environment, stdin=subprocess.DEVNULL,
+            stdout=output, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        try:
+            while True:
+                try:
+                    return process.wait(timeout=0.3) == 0
+                except subprocess.TimeoutExpired:
+                    now = time.monotonic()
+                    if terminal:
+                        line = f'     {now - start:3.0f} s  {last_line(log)}'
+                        width = get_terminal_size().columns - 1
+                        print(f'\r\x1b[K{line[:width]}', end='', file=sys.stderr, flush=True)
+                    elif now - shown >= PLAIN_INTERVAL:
+                        note(f'  {now - start:.0f} s so far')
+                        shown = now
+        finally:
+            if terminal:
+                print('\r\x1b[K', end='', file=sys.stderr, flush=True)
+            if process.poll() is None:
+                process.terminate()
+                process.wait()

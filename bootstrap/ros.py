@@ -1,0 +1,31 @@
+"""Finds out whether a ROS 2 Jazzy is sourced that this Python can use."""
+
+from collections.abc import Mapping
+import importlib.util
+from pathlib import Path
+import sysconfig
+
+from bootstrap.progress import SetupError
+
+
+def sourced_rclpy(venv: Path) -> Path | None:
+    """The folder of an rclpy that this very Python can load, outside our own environment."""
+    spec = importlib.util.find_spec('rclpy')
+    if spec is None or spec.origin is None:
+        return None
+    folder = Path(spec.origin).parent
+    extension = folder / f'_rclpy_pybind11{sysconfig.get_config_var("EXT_SUFFIX")}'
+    return folder if extension.exists() and venv not in folder.parents else None
+
+
+def stock_rclpy(environment: Mapping[str, str], venv: Path) -> Path | None:
+    """The rclpy of a sourced stock Jazzy, or None where the wheels are to be used."""
+    distribution = environment.get('ROS_DISTRO')
+    if not distribution:
+        return None
+    if distribution != 'jazzy':
+        raise SetupError(
+            f'needs ROS 2 jazzy, found {distribution} sourced (ROS_DISTRO); '
+            'use a shell without it, or source jazzy'
+        )
+    return sourced_rclpy(venv)

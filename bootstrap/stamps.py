@@ -1,0 +1,42 @@
+"""Tells what changed since the environment and the workspace were made."""
+
+from collections.abc import Iterable, Iterator
+import hashlib
+from pathlib import Path
+
+PACKAGES = ('bpc_interfaces', 'bpc_perception', 'bpc_sim', 'test')
+PYTHON_PACKAGES = ('bpc_perception', 'bpc_sim')
+
+# A change of their content asks for a build...
+BUILT = ('CMakeLists.txt', 'package.xml', 'setup.py', 'setup.cfg', 'msg/*', 'srv/*', 'resource/*')
+# ...of these only a file that comes or goes, since they are installed as links.
+LINKED = ('config/*', 'launch/*', 'rviz/*', 'foxglove/*')
+WORKSPACE_FILES = ('colcon_defaults.yaml', 'colcon.meta')
+
+
+def matching(folder: Path, patterns: Iterable[str]) -> Iterator[Path]:
+    """The files in a folder that match one of the patterns, in a fixed order."""
+    for pattern in patterns:
+        yield from sorted(path for path in folder.glob(pattern) if path.is_file())
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def workspace_fingerprint(root: Path) -> str:
+    """Changes exactly when `colcon build` has something to do."""
+    lines = [f'{path} {file_hash(path)}' for path in matching(root, WORKSPACE_FILES)]
+    for package in PACKAGES:
+        lines += [f'{path} {file_hash(path)}' for path in matching(root / package, BUILT)]
+        lines += [str(path) for path in matching(root / package, LINKED)]
+    return hashlib.sha256('\n'.join(lines).encode()).hexdigest()
+
+
+def read(stamp: Path) -> str:
+    """What a stamp says; empty if it was never written."""
+    try:
+        return stamp.read_text()
+    except OSError:
+        return ''

@@ -1,0 +1,51 @@
+"""Builds the colcon workspace."""
+
+import os
+from pathlib import Path
+import re
+import shutil
+
+from bootstrap import environment, stamps
+from bootstrap.progress import note, run_logged, SetupError
+from bootstrap.venv import check_compiler, STAMP, Venv
+
+
+def stamp(venv: Venv) -> str:
+    """What the stamp says once the workspace is built from what is there now."""
+    return f'{stamps.workspace_fingerprint(venv.root)}\n{stamps.read(venv.path / STAMP)}'
+
+
+def is_current(venv: Venv) -> bool:
+    """Whether there is nothing to build."""
+    built = all((venv.root / 'build' / package).is_dir() for package in stamps.PYTHON_PACKAGES)
+    return built and stamps.read(venv.root / 'install' / STAMP) == stamp(venv)
+
+
+def why_colcon_failed(log_text: str) -> str:
+    """The packages that failed, or the last thing colcon said."""
+    failed = re.findall(r'^Failed\s+<<< (\S+)', log_text, re.MULTILINE)
+    if failed:
+        return f'{", ".join(failed)} failing'
+    return next((line for line in reversed(log_text.splitlines()) if line.strip()), 'an error')
+
+
+def build(venv: Venv, log: Path) -> None:
+    """Run `colcon build`; the stamp says what was there when it began."""
+    check_compiler()
+    root = venv.root
+    target = stamp(venv)
+    unfinished = '\n' + stamps.read(venv.path / STAMP)
+    found = stamps.read(root / 'install' / STAMP)
+    if not found.endswith(unfinished):  # paths of another environment are in there
+        for folder in ('build', 'install'):
+            shutil.rmtree(root / folder, ignore_errors=True)
+    (root / 'install').mkdir(exist_ok=True)
+    (root / 'install' / STAMP).write_text(unfinished)
+    note('[3/3] building the workspace')
+    log.write_bytes(b'')
+    given = {**os.environ, **environment.variables(venv, os.environ, built=False)}
+    command = [str(venv.python), '-m', 'colcon', 'build']
+    if not run_logged(command, log, cwd=root, environment=given):
+        reason = why_colcon_failed(log.read_text(errors='replace'))
+        raise SetupError(f'expected colcon to build the workspace, found {reason} (log: {log})')
+    (root / 'install' / STAMP).write_text(target)
