@@ -1,0 +1,41 @@
+"""Installs bpc_sim the ROS 2 way: executables under lib/, data under share/."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'bpc_sim'
+
+
+def share(folder: str, *patterns: str) -> list[tuple[str, list[str]]]:
+    """The data_files entry of one folder; none if it has no such file."""
+    files = sorted(file for pattern in patterns for file in glob(f'{folder}/{pattern}'))
+    return [(f'share/{PACKAGE}/{folder}', files)] if files else []
+
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Synthetic printer for bpc.',
+    maintainer='bpc developers',
+    maintainer_email='bpc@localhost.invalid',
+    license='Apache-2.0',
+    python_requires='>=3.10',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed', '**/*.json', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        *share('config', '*.yaml'),
+        *share('launch', '*.launch.py'),
+    ],
+    install_requires=['setuptools'],
+    extras_require={'test': ['pytest']},  # tells `colcon test` to run pytest
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'synthetic_extruder = bpc_sim.nodes.extruder:main',
+            'synthetic_robot = bpc_sim.nodes.robot:main',
+        ],
+    },
+)
