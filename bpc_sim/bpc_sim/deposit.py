@@ -17,7 +17,7 @@ from bpc_sim.strands import strands
 # Arc lengths of any shape [m] to widths of the same shape [m].
 WidthProfile = Callable[[Array], Array]
 
-# Cracks between strands and the seam of a closed curve are closed by this much [m].
+# Strands overlap by this much, lest rounding leaves cracks between them [m].
 SEAM = 1e-9
 
 
@@ -175,9 +175,8 @@ class Deposit:
         if not len(self.runs):
             return np.full(np.shape(s), np.inf)
         borders = self.runs.ravel().copy()
-        if self.curve.closed:
-            borders[borders <= 0] -= SEAM
-            borders[borders >= self.curve.length] += SEAM
+        if self.curve.closed and borders[0] == 0 and borders[-1] == self.curve.length:
+            borders[[0, -1]] = -np.inf, np.inf  # one run goes on in the other
         following = np.searchsorted(borders, s)
         padded = np.concatenate(([-np.inf], borders, [np.inf]))
         distance = np.minimum(s - padded[following], padded[following + 1] - s)

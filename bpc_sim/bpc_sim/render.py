@@ -90,7 +90,7 @@ class Hits:
         height: above the bed there [m]; 0 without ink.
         slope: of the bead across the path, 0 on its ridge.
         heading: angle of the path's tangent [rad].
-        margin: about the distance from the rim [m], negative inside; of the point on the bed.
+        margin: about the distance from the rim [m], negative inside.
     """
 
     hit: NDArray[np.bool_]
@@ -112,8 +112,8 @@ def render(scene: Scene, view: View, sensor: Sensor, rng: np.random.Generator,
 
     directions = rays(camera, centres)
     ground, lean, depth = _ground(directions, T_surface_camera)
-    hits = _refine(scene.deposit, ground, lean,
-                   _meet(scene.deposit, ground, lean, np.zeros(ground.shape[:2])))
+    footprint = _meet(scene.deposit, ground, lean, np.zeros(ground.shape[:2]))
+    hits = _refine(scene.deposit, ground, lean, footprint)
     nozzle_depth = _nozzle_depth(directions, scene, view)
 
     ink = hits.hit.astype(np.float64)[:, 0]
@@ -122,7 +122,7 @@ def render(scene: Scene, view: View, sensor: Sensor, rng: np.random.Generator,
     # A bead that leans away hides a little of the bed behind it.
     hidden = scene.deposit.height_ratio * scene.deposit.max_width * np.linalg.norm(
         lean[:, 0], axis=1)
-    edge = np.abs(hits.margin[:, 0]) < 1.5 * pixel + hidden
+    edge = np.abs(footprint.margin[:, 0]) < 1.5 * pixel + hidden
     edge |= _outline(metal.reshape(shape)).ravel()
     steps = (np.arange(sensor.supersample) + 0.5) / sensor.supersample - 0.5
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
@@ -184,7 +184,7 @@ def _meet(deposit: Deposit, ground: Array, lean: Array, at_height: Array) -> Hit
     d = location.offset - across * at_height
 
     # Height h of the ray and of the parabola: h = top - steep (d + across h)^2.
-    width = deposit.profile(s)
+    width = deposit.profile(location.s)
     top = deposit.height_ratio * width
     steep = 4 * deposit.height_ratio / width
     a, b, c = steep * across**2, 1 + 2 * steep * d * across, top - steep * d**2
@@ -206,24 +206,27 @@ def _meet(deposit: Deposit, ground: Array, lean: Array, at_height: Array) -> Hit
 
 def _wall_height(deposit: Deposit, s: Array, along: Array, highest: Array) -> Array:
     """Height (N, M) [m] at which rays leave a run of ink over its end."""
-    ahead = np.array(deposit.runs[:, 1]) if len(deposit.runs) else np.zeros(1)
-    behind = np.array(deposit.runs[:, 0]) if len(deposit.runs) else np.zeros(1)
-    run = np.clip(np.searchsorted(behind, s, side='right') - 1, 0, len(behind) - 1)
-    border = np.where(along > 0, ahead[run], behind[run])
+    if not len(deposit.runs):
+        return np.zeros(s.shape)
+    starts, ends = deposit.runs.T
+    run = np.clip(np.searchsorted(starts, s, side='right') - 1, 0, len(starts) - 1)
+    border = np.where(along > 0, ends[run], starts[run])
     with np.errstate(divide='ignore', invalid='ignore'):
         height: Array = np.clip((border - s) / along, 0.0, highest)
     return height
 
 
 def _refine(deposit: Deposit, ground: Array, lean: Array, hits: Hits) -> Hits:
-    """The hits again, each in the path's frame at the hit itself; margins stay of the bed."""
+    """The hits again, each in the path's frame at the hit itself."""
     chosen = np.flatnonzero(hits.hit.any(axis=1))
     if not len(chosen):
         return hits
     better = _meet(deposit, ground[chosen], lean[chosen], hits.height[chosen])
-    height, slope, heading = hits.height.copy(), hits.slope.copy(), hits.heading.copy()
-    height[chosen], slope[chosen], heading[chosen] = better.height, better.slope, better.heading
-    return Hits(hits.hit, height, slope, heading, hits.margin)
+    refined = {}
+    for name in ('height', 'slope', 'heading', 'margin'):
+        refined[name] = getattr(hits, name).copy()
+        refined[name][chosen] = getattr(better, name)
+    return Hits(hits.hit, **refined)
 
 
 def _nozzle_depth(directions: Array, scene: Scene, view: View) -> Array:
