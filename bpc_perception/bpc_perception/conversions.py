@@ -8,12 +8,6 @@ from __future__ import annotations
 from array import array
 from typing import Any
 
-from bpc_interfaces.msg import (
-    DepositionPath as DepositionPathMsg,
-    ExtrusionState,
-    RateAdvice as RateAdviceMsg,
-    ThicknessProfile as ThicknessProfileMsg,
-)
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from nav_msgs.msg import Path
@@ -23,6 +17,18 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
+from bpc_interfaces.msg import (
+    DepositionPath as DepositionPathMsg,
+)
+from bpc_interfaces.msg import (
+    ExtrusionState,
+)
+from bpc_interfaces.msg import (
+    RateAdvice as RateAdviceMsg,
+)
+from bpc_interfaces.msg import (
+    ThicknessProfile as ThicknessProfileMsg,
+)
 from bpc_perception.core.advice import RateAdvice, Reason
 from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.core.geometry import Array

@@ -38,8 +38,9 @@ class PinholeCamera:
         non-finite ones, give NaN.
         """
         uv = np.full((len(points), 2), np.nan)
-        seen = np.logical_and(np.isfinite(points).all(axis=1), points[:, 2] > 1e-6)
-        if seen.any():
+        # NaN fails the comparison.
+        seen = np.flatnonzero(np.isfinite(points).all(axis=1) & (points[:, 2] > 1e-6))
+        if len(seen):
             projected = cv2.projectPoints(
                 np.ascontiguousarray(points[seen]), np.zeros(3), np.zeros(3),
                 self.K, self.distortion)[0]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 import math
 from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar
 
+BASE = 'lbr_link_0'
 ConfigType = TypeVar('ConfigType', bound='Config')
 
 
@@ -195,8 +196,15 @@ class PathConfig(Config):
 class RecorderConfig(Config):
     """All of the path recorder."""
 
+    base_frame: Annotated[str, Parameter(
+        'Robot base frame, in which poses come and the path is given', read_only=True)] = BASE
     nozzle_offset: Annotated[tuple[float, float, float], Parameter(
         'Nozzle tip in the flange frame: x, y, z', 'm', -2, 2, read_only=True)] = (0.0, 0.0, 0.0)
+    publish_rate: Annotated[float, Parameter(
+        'How often the path is published while it grows', 'Hz', 0.1, 100,
+        read_only=True)] = 10.0
+    output_folder: Annotated[str, Parameter(
+        'Folder into which prints are saved', read_only=True)] = '.'
     path: PathConfig = field(default_factory=PathConfig)
 
 
@@ -204,9 +212,28 @@ class RecorderConfig(Config):
 class ThicknessConfig(Config):
     """All of the measurement."""
 
+    base_frame: Annotated[str, Parameter(
+        'Robot base frame, in which path and profile are given', read_only=True)] = BASE
+    hand_eye_file: Annotated[str, Parameter(
+        'Hand-eye calibration, an easy_handeye2 .calib file', read_only=True)] = ''
     method: Annotated[str, Parameter(
         'How thickness is measured: "paper" is the published method',
         choices=('paper',))] = 'paper'
+    patience: Annotated[float, Parameter(
+        'How long a capture waits for path and poses to reach its stamp', 's', 0.01, 60)] = 2.0
+    maximum_pose_gap: Annotated[float, Parameter(
+        'Camera in hand: poses around a capture may be this far apart', 's', 0.001, 10)] = 0.1
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     visibility: VisibilityConfig = field(default_factory=VisibilityConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
+
+
+@dataclass(frozen=True)
+class CameraConfig(Config):
+    """All of the camera driver but its back end's own."""
+
+    back_end: Annotated[str, Parameter(
+        'Where captures come from: a recording, or the simulated printer',
+        choices=('bag', 'synthetic'), read_only=True)] = 'bag'
+    rate: Annotated[float, Parameter(
+        'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0

@@ -179,31 +179,32 @@ class PrintTracker:
         self._print: PathAssembler | None = None
         self._running = False
         self._last_extruding_ns = 0
-        self.refused = 0
 
-    def add_pose(self, stamp_ns: int, tip: Array) -> None:
-        """Take a position (3,) of the nozzle tip [m]; refused unless later than the last."""
+    def add_pose(self, stamp_ns: int, tip: Array) -> bool:
+        """Take a position (3,) of the nozzle tip [m]; False unless later than the last."""
         if self._poses and stamp_ns <= self._poses[-1][0]:
-            self.refused += 1
-            return
+            return False
         self._poses.append((stamp_ns, tip))
         while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
             self._poses.popleft()
         if self._print:
             self._print.add_pose(stamp_ns, tip)
+        return True
 
-    def add_extruder(self, sample: ExtruderSample) -> None:
-        """Take a state of the extruder; refused unless later than the last."""
+    def add_extruder(self, sample: ExtruderSample) -> bool:
+        """Take a state of the extruder; False unless later than the last."""
         if self._states and sample.stamp_ns <= self._states[-1].stamp_ns:
-            self.refused += 1
-            return
+            return False
         self._states.append(sample)
         while sample.stamp_ns - self._states[0].stamp_ns > self.HISTORY_S * 1e9:
             self._states.popleft()
         if self._print:
             self._print.add_extruder(sample)
-        if not self._config.auto:
-            return
+        if self._config.auto:
+            self._start_or_stop(sample)
+        return True
+
+    def _start_or_stop(self, sample: ExtruderSample) -> None:
         if sample.extruding:
             self._last_extruding_ns = sample.stamp_ns
             if not self._running:

@@ -1,0 +1,39 @@
+"""Captures made of the camera's messages, which come one topic each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpc_perception import topics
+from bpc_perception.conversions import capture_from_messages, stamp_to_ns
+from bpc_perception.core.capture import Capture
+from bpc_perception.core.pairing import StampPairer
+
+
+class CapturePairer:
+    """Pairs image, camera info and cloud of one stamp."""
+
+    def __init__(self) -> None:
+        self._pairer: StampPairer[Any] = StampPairer(tuple(topics.CAMERA))
+
+    def add(self, name: str, message: Any, received_ns: int = 0) -> Capture | None:
+        """Take a message of a camera topic; the capture it completes, if it does.
+
+        Raises ConversionError when the messages do not make up a capture.
+        """
+        stamp_ns = stamp_to_ns(message.header.stamp)
+        parts = self._pairer.add(name, stamp_ns, message, received_ns)
+        if parts is None:
+            return None
+        return capture_from_messages(
+            parts[topics.IMAGE], parts[topics.CAMERA_INFO], parts[topics.CLOUD])
+
+    def give_up(self, before_ns: int = 0) -> list[str]:
+        """Forget captures begun before this time and the oldest of many; what each lacks."""
+        return [f'capture: expected {", ".join(topics.CAMERA)} of one stamp, '
+                f'found no {" and no ".join(missing)}'
+                for missing in self._pairer.expired(before_ns)]
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._pairer.clear()

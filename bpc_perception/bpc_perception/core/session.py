@@ -1,0 +1,113 @@
+"""One print being measured: captures wait here until path and poses reach their stamp."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from bpc_perception.core.advice import advise, RateAdvice
+from bpc_perception.core.capture import Capture
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Array
+from bpc_perception.core.measurement import measure, MeasurementError
+from bpc_perception.core.path import DepositionPath
+from bpc_perception.core.poses import PoseBuffer
+from bpc_perception.core.profile import ThicknessProfile
+
+
+@dataclass(frozen=True)
+class HandEye:
+    """Where the camera is mounted.
+
+    Attributes:
+        on_base: True = fixed beside the robot (eye on base), False = on its flange (in hand).
+        T_parent_camera: (4, 4) pose of the camera's optical frame in the base or flange frame.
+    """
+
+    on_base: bool
+    T_parent_camera: Array
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of a capture: profile and advice, or the reason why there is none."""
+
+    capture: Capture
+    T_base_camera: Array | None = None
+    profile: ThicknessProfile | None = None
+    advice: RateAdvice | None = None
+    refusal: str = ''
+
+
+class Session:
+    """Measures captures in order, each as soon as path and flange poses cover its stamp.
+
+    Live and offline runs both go through here, so that they give the same numbers.
+    """
+
+    def __init__(self, config: ThicknessConfig, hand_eye: HandEye) -> None:
+        self.config = config
+        self._hand_eye = hand_eye
+        self._poses = PoseBuffer()
+        self._path: DepositionPath | None = None
+        self._waiting: deque[tuple[Capture, int]] = deque()
+        self._numbers: Counter[str] = Counter()
+
+    def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
+        """Queue a capture, received at this time of the caller's clock."""
+        self._waiting.append((capture, received_ns))
+
+    def add_flange_pose(self, stamp_ns: int, T_base_flange: Array) -> bool:
+        """Take a pose of the flange; False unless it is later than the last."""
+        return self._poses.add(stamp_ns, T_base_flange)
+
+    def set_path(self, path: DepositionPath) -> None:
+        """Take the print's path as far as it is known."""
+        self._path = path
+
+    def clear(self) -> None:
+        """Forget everything received, as when the clock jumps back."""
+        self._poses.clear()
+        self._path = None
+        self._waiting.clear()
+        self._numbers.clear()
+
+    def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
+        """Measure every capture that is ready, or has waited for longer than ``patience``.
+
+        With ``finish`` nothing more will come, and all captures are dealt with.
+        """
+        patience_ns = self.config.patience * 1e9
+        while self._waiting:
+            capture, received_ns = self._waiting[0]
+            if not (finish or self._ready(capture) or now_ns - received_ns > patience_ns):
+                return
+            self._waiting.popleft()
+            yield self._measure(capture)
+
+    def _ready(self, capture: Capture) -> bool:
+        posed = self._hand_eye.on_base or (self._poses.latest_ns or 0) >= capture.stamp_ns
+        return posed and self._path is not None and self._path.covers(capture.stamp_ns)
+
+    def _measure(self, capture: Capture) -> Result:
+        path = self._path
+        if path is None or not path.print_id:
+            return Result(capture, refusal='path: expected a print, found none started')
+        if capture.stamp_ns < path.start_ns:
+            return Result(capture, refusal='path: expected a print begun before the capture, '
+                                           f'found {path.print_id}')
+        T_base_camera = self._hand_eye.T_parent_camera
+        if not self._hand_eye.on_base:
+            T_base_flange = self._poses.at(capture.stamp_ns, self.config.maximum_pose_gap)
+            if T_base_flange is None:
+                return Result(capture, refusal='end_effector_pose: expected poses around the '
+                                               'capture, found none near enough in time')
+            T_base_camera = T_base_flange @ T_base_camera
+        number = self._numbers[path.print_id]
+        self._numbers[path.print_id] += 1
+        try:
+            profile = measure(capture, path, T_base_camera, self.config, number)
+        except MeasurementError as error:
+            return Result(capture, T_base_camera, refusal=str(error))
+        return Result(capture, T_base_camera, profile, advise(profile, self.config.advice))

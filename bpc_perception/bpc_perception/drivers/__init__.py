@@ -1,0 +1,43 @@
+"""Camera back ends: one module each, imported only when chosen."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Protocol
+
+from rclpy.node import Node
+
+from bpc_perception.core.capture import Capture
+
+# A module of a back end has a function ``open_camera(node)`` that declares the parameters it
+# needs and returns its Camera.
+BACK_ENDS = {'bag': 'bpc_perception.drivers.bag', 'synthetic': 'bpc_sim.synthetic_camera'}
+
+
+class CameraError(RuntimeError):
+    """The camera cannot deliver; the message says why."""
+
+
+class Camera(Protocol):
+    """A source of captures."""
+
+    def due(self, now_ns: int) -> bool:
+        """Whether it has a capture to deliver of its own accord, as a recording does."""
+
+    def capture(self, now_ns: int) -> Capture:
+        """Take a capture. Raises CameraError when there is none."""
+
+    def close(self) -> None:
+        """Let go of the device."""
+
+
+def open_camera(name: str, node: Node) -> Camera:
+    """The camera of a back end. Raises ValueError when it is unknown or not installed."""
+    if name not in BACK_ENDS:
+        raise ValueError(f'back_end: expected one of {", ".join(BACK_ENDS)}, found "{name}"')
+    try:
+        module = import_module(BACK_ENDS[name])
+    except ImportError as error:
+        raise ValueError(f'back_end: expected {name} to be installed, found: {error}') from error
+    camera: Camera = module.open_camera(node)
+    return camera

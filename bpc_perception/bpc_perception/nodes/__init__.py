@@ -1,0 +1,1 @@
+"""The ROS nodes: each converts, calls the core, converts and publishes."""

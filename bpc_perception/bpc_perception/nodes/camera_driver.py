@@ -1,0 +1,80 @@
+"""The camera driver: captures of a back end out, under the topic names of the vendor's node."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from bpc_perception import topics
+from bpc_perception.conversions import capture_to_messages
+from bpc_perception.core.config import CameraConfig
+from bpc_perception.drivers import CameraError, open_camera
+from bpc_perception.nodes.clock import steady_clock
+from bpc_perception.nodes.diagnostics import Diagnostics
+from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.run import run
+
+POLL_PERIOD = 0.02  # how late a recorded capture may come [s]
+
+
+class CameraDriverNode(Node):
+    """Publishes each capture as image, camera info and cloud; see the README."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('camera_driver', **kwargs)
+        self._config = NodeConfig(self, CameraConfig())
+        self._camera = open_camera(self._config.value.back_end, self)
+        self._diagnostics = Diagnostics(self)
+        self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)
+                         for name, kind in topics.CAMERA.items()]
+        self._last_ns = self._now_ns()
+        self.create_service(Trigger, 'capture', self._on_request)
+        self.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+
+    def _poll(self) -> None:
+        # As with the vendor's node, what nobody listens to is not taken.
+        if not all(output.get_subscription_count() for output in self._outputs):
+            return
+        now_ns, rate = self._now_ns(), self._config.value.rate
+        if now_ns < self._last_ns:  # the clock went back
+            self._last_ns = now_ns
+        periodic = rate > 0 and now_ns - self._last_ns >= 1e9 / rate
+        if periodic or self._camera.due(now_ns):
+            self._last_ns = now_ns
+            self._capture(now_ns)
+
+    def _capture(self, now_ns: int) -> str:
+        """Take and publish a capture; why not, or an empty string."""
+        try:
+            capture = self._camera.capture(now_ns)
+        except CameraError as error:
+            self._diagnostics.refuse(error)
+            return str(error)
+        for output, message in zip(self._outputs, capture_to_messages(capture), strict=True):
+            output.publish(message)
+        self._diagnostics.count('captures')
+        return ''
+
+    def _on_request(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = self._capture(self._now_ns())
+        response.success = not response.message
+        return response
+
+    def _now_ns(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+    def destroy_node(self) -> None:
+        """Let go of the camera as well."""
+        self._camera.close()
+        super().destroy_node()
+
+
+def main() -> None:
+    """Run the node."""
+    run(CameraDriverNode)
+
+
+if __name__ == '__main__':
+    main()

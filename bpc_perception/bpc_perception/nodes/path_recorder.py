@@ -1,0 +1,130 @@
+"""The path recorder: flange poses and extruder states in, the print's path out."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+import numpy as np
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from bpc_interfaces.msg import DepositionPath, ExtrusionState
+from bpc_perception import topics
+from bpc_perception.bag import BagWriter
+from bpc_perception.conversions import (
+    ConversionError,
+    extruder_from_message,
+    path_to_message,
+    path_to_nav,
+    pose_to_matrix,
+    stamp_to_ns,
+)
+from bpc_perception.core.config import RecorderConfig
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.path_assembly import PrintTracker
+from bpc_perception.nodes.clock import on_jump_back, steady_clock
+from bpc_perception.nodes.diagnostics import Diagnostics
+from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.run import run
+
+
+class PathRecorderNode(Node):
+    """Assembles the path of each print; see the README for its interface."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('path_recorder', **kwargs)
+        config = NodeConfig(self, RecorderConfig()).value
+        self._config = config
+        self._tip = np.array(config.nozzle_offset)
+        self._tracker = PrintTracker(config.path)
+        self._diagnostics = Diagnostics(self)
+        self._published: tuple[str, float, bool] | None = None
+        self._paths = self.create_publisher(DepositionPath, topics.PATH, topics.PATH_QOS)
+        self._nav_paths = self.create_publisher(Path, topics.NAV_PATH, topics.PATH_QOS)
+        self.create_subscription(PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS)
+        self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
+                                 topics.EXTRUSION_QOS)
+        for name, answer in (('start', self._start), ('stop', self._stop),
+                             ('clear', self._clear), ('save', self._save)):
+            self.create_service(Trigger, f'~/{name}', answer)
+        self.create_timer(1.0 / config.publish_rate, self._publish, clock=steady_clock())
+        self._jump = on_jump_back(self, self._tracker.clear)
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        try:
+            T_base_flange = pose_to_matrix(message.pose)
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+            return
+        if message.header.frame_id not in ('', self._config.base_frame):
+            self._diagnostics.refuse(f'pose: expected frame {self._config.base_frame}, '
+                                     f'found {message.header.frame_id}')
+            return
+        if self._tracker.add_pose(stamp_to_ns(message.header.stamp),
+                                  transform(T_base_flange, self._tip)):
+            self._diagnostics.count('poses')
+        else:
+            self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
+
+    def _on_extruder(self, message: ExtrusionState) -> None:
+        if self._tracker.add_extruder(extruder_from_message(message)):
+            self._diagnostics.count('extrusion states')
+        else:
+            self._diagnostics.refuse(
+                'extrusion_state: expected a later stamp than the last, found it late')
+
+    def _publish(self) -> None:
+        path = self._tracker.path()
+        if path is None:
+            return
+        state = (path.print_id, path.complete_until, path.finished)
+        if state == self._published:
+            return
+        self._published = state
+        self._paths.publish(path_to_message(path, self._config.base_frame))
+        if self._nav_paths.get_subscription_count():
+            self._nav_paths.publish(path_to_nav(path, self._config.base_frame))
+
+    def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = self._tracker.start(self.get_clock().now().nanoseconds)
+        response.success = True
+        return response
+
+    def _stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self._tracker.stop(self.get_clock().now().nanoseconds)
+        response.message = 'stopped' if response.success else 'no print runs'
+        return response
+
+    def _clear(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._tracker.clear()
+        response.success, response.message = True, 'cleared'
+        return response
+
+    def _save(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        path = self._tracker.path()
+        if path is None:
+            response.message = 'expected a print, found none started'
+            return response
+        target = FilePath(self._config.output_folder) / path.print_id
+        try:
+            with BagWriter(target) as bag:
+                bag.add_topic(f'/{topics.PATH}', topics.type_name(DepositionPath))
+                bag.write(f'/{topics.PATH}', self.get_clock().now().nanoseconds,
+                          path_to_message(path, self._config.base_frame))
+        except (OSError, ValueError) as error:
+            response.message = str(error)
+            return response
+        response.success, response.message = True, str(target)
+        return response
+
+
+def main() -> None:
+    """Run the node."""
+    run(PathRecorderNode)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,49 @@
+"""Starting a node and ending it in good order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import logging
+import sys
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+
+REFUSED = 2  # exit status: what was asked for cannot be done as it was asked
+
+
+class RosLogHandler(logging.Handler):
+    """Hands the core's log records to the node's logger."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__()
+        self._logger = node.get_logger()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log at the same level."""
+        level = {logging.WARNING: 'warning', logging.ERROR: 'error'}.get(record.levelno, 'info')
+        getattr(self._logger, level)(record.getMessage())
+
+
+def run(make_node: Callable[[], Node]) -> None:
+    """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start."""
+    rclpy.init()
+    try:
+        node = make_node()
+    except (ValueError, OSError, ParameterException) as error:
+        print(f'{make_node.__name__}: {error}', file=sys.stderr)
+        rclpy.try_shutdown()
+        sys.exit(REFUSED)
+    logging.getLogger('bpc_perception').addHandler(RosLogHandler(node))
+    # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,108 @@
+"""The thickness node: image, cloud and path in, thickness profile and rate advice out."""
+
+from __future__ import annotations
+
+from functools import partial
+import time
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+
+from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
+from bpc_perception import topics
+from bpc_perception.capture_pairing import CapturePairer
+from bpc_perception.conversions import (
+    advice_to_message,
+    ConversionError,
+    path_from_message,
+    pose_to_matrix,
+    profile_to_message,
+    stamp_to_ns,
+)
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.session import Session
+from bpc_perception.handeye import load_hand_eye
+from bpc_perception.nodes.clock import on_jump_back, steady_clock
+from bpc_perception.nodes.diagnostics import Diagnostics
+from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.run import run
+
+
+class ThicknessNode(Node):
+    """Measures each complete capture along the path; see the README for its interface."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('thickness', **kwargs)
+        self._config = NodeConfig(self, ThicknessConfig(), self._reconfigure)
+        config = self._config.value
+        self._session = Session(config, load_hand_eye(config.hand_eye_file))
+        self._pairer = CapturePairer()
+        self._diagnostics = Diagnostics(self)
+        self._frame = config.base_frame
+        self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
+        self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+        for name, kind in topics.CAMERA.items():
+            self.create_subscription(kind, name, partial(self._on_camera, name), topics.CAMERA_QOS)
+        self.create_subscription(PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS)
+        self.create_subscription(DepositionPath, topics.PATH, self._on_path, topics.PATH_QOS)
+        self.create_timer(0.1, self._check_waiting, clock=steady_clock())
+        self._jump = on_jump_back(self, self._clear)
+
+    def _on_camera(self, name: str, message: Any) -> None:
+        try:
+            capture = self._pairer.add(name, message, time.monotonic_ns())
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+            return
+        if capture is not None:
+            self._diagnostics.count('captures')
+            self._session.add_capture(capture, time.monotonic_ns())
+            self._publish_results()
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        try:
+            pose = pose_to_matrix(message.pose)
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+            return
+        self._session.add_flange_pose(stamp_to_ns(message.header.stamp), pose)
+
+    def _on_path(self, message: DepositionPath) -> None:
+        try:
+            self._session.set_path(path_from_message(message))
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+            return
+        self._publish_results()
+
+    def _publish_results(self) -> None:
+        for result in self._session.results(time.monotonic_ns()):
+            if result.profile is None or result.advice is None:
+                self._diagnostics.refuse(result.refusal)
+                continue
+            self._profiles.publish(profile_to_message(result.profile, self._frame))
+            self._advice.publish(advice_to_message(result.advice))
+            self._diagnostics.count('profiles')
+
+    def _check_waiting(self) -> None:
+        self._publish_results()
+        patience_ns = round(self._config.value.patience * 1e9)
+        for problem in self._pairer.give_up(time.monotonic_ns() - patience_ns):
+            self._diagnostics.refuse(problem)
+
+    def _reconfigure(self, config: ThicknessConfig) -> None:
+        self._session.config = config
+
+    def _clear(self) -> None:
+        self._session.clear()
+        self._pairer.clear()
+
+
+def main() -> None:
+    """Run the node."""
+    run(ThicknessNode)
+
+
+if __name__ == '__main__':
+    main()

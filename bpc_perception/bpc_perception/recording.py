@@ -1,0 +1,50 @@
+"""What a print's recording holds: captures, poses, extruder states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import logging
+from typing import Any
+
+from bpc_perception import topics
+from bpc_perception.bag import Bag, BagError
+from bpc_perception.capture_pairing import CapturePairer
+from bpc_perception.conversions import ConversionError
+from bpc_perception.core.capture import Capture
+
+logger = logging.getLogger(__name__)
+
+
+def find_topic(bag: Bag, name: str, message_class: Any) -> str:
+    """The recorded topic of this relative name and type, whatever its namespace.
+
+    Raises BagError when there is none or more than one.
+    """
+    kind = topics.type_name(message_class)
+    found = [topic for topic, recorded in bag.topics.items()
+             if recorded == kind and f'/{topic.lstrip("/")}'.endswith(f'/{name}')]
+    if len(found) != 1:
+        raise BagError(f'{bag.path}: expected one topic {name} ({kind}), found '
+                       f'{" and ".join(found) or "none among " + ", ".join(sorted(bag.topics))}')
+    return found[0]
+
+
+def find_topics(bag: Bag, wanted: dict[str, Any]) -> dict[str, str]:
+    """The recorded topic of each relative name: recorded name to relative name."""
+    return {find_topic(bag, name, kind): name for name, kind in wanted.items()}
+
+
+def captures(bag: Bag) -> Iterator[tuple[int, Capture]]:
+    """Yield (time of recording [ns], capture) for each complete capture; others are logged."""
+    names = find_topics(bag, topics.CAMERA)
+    pairer = CapturePairer()
+    for topic, log_ns, message in bag.messages(set(names)):
+        try:
+            capture = pairer.add(names[topic], message)
+        except ConversionError as error:
+            logger.warning('%s', error)
+            continue
+        if capture is not None:
+            yield log_ns, capture
+        for problem in pairer.give_up():
+            logger.warning('%s', problem)

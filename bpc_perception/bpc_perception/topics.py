@@ -1,0 +1,37 @@
+"""Names, types and quality of service of the suite's topics; names are relative."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+
+from bpc_interfaces.msg import DepositionPath, ExtrusionState, RateAdvice, ThicknessProfile
+
+IMAGE, CAMERA_INFO, CLOUD = 'color/image_color', 'color/camera_info', 'points/xyzrgba'
+CAMERA: dict[str, Any] = {IMAGE: Image, CAMERA_INFO: CameraInfo, CLOUD: PointCloud2}
+POSE, EXTRUSION = 'end_effector_pose', 'extrusion_state'
+PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
+PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
+PROFILE, ADVICE = 'thickness_profile', 'rate_advice'
+RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
+                           ADVICE: RateAdvice, '/diagnostics': DiagnosticArray}
+
+# Reliable as the vendor's camera node publishes; shallow, since a message may be 37 MB.
+CAMERA_QOS = QoSProfile(depth=2, reliability=ReliabilityPolicy.RELIABLE)
+# Sensor data, but deep enough for what a 1000 Hz robot sends while a callback runs.
+POSE_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)
+EXTRUSION_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
+# The whole path is in each message, so a late subscriber needs the last one only.
+PATH_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
+RESULT_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def type_name(message_class: Any) -> str:
+    """The name of a message class, such as ``sensor_msgs/msg/Image``."""
+    return f'{message_class.__module__.split(".")[0]}/msg/{message_class.__name__}'
