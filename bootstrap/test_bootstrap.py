@@ -156,13 +156,12 @@ def test_cmake_exports_name_this_python() -> None:
             'WARNING: Retrying (Retry(total=0)) after connection broken\n'
             'ERROR: Could not find a version that satisfies a==1 (from versions: none)\n'
             'ERROR: No matching distribution found for a==1\n',
-            'no connection to it: Could not find a version that satisfies a==1 '
-            '(from versions: none)',
+            'no connection; Could not find a version that satisfies a==1 (from versions: none)',
         ),
         (
             'ERROR: Could not install packages due to an OSError: '
             '[Errno 28] No space left on device\n',
-            'the disk is full: Could not install packages due to an OSError: '
+            'the disk is full; Could not install packages due to an OSError: '
             '[Errno 28] No space left on device',
         ),
         ('killed\n', 'an error'),

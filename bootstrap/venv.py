@@ -20,8 +20,7 @@ STAMP = 'bpc-stamp'
 PIP_FAILURES = (
     (r'No space left on device', 'the disk is full'),
     (r'DO NOT MATCH THE HASHES', 'a package whose content differs from the lock'),
-    (r'Retrying \(|NewConnectionError|ConnectTimeout|ProxyError', 'no connection to it'),
-    (r'looking for versions: none|from versions: none', 'an index without'),
+    (r'Retrying \(|NewConnectionError|ConnectTimeout|ProxyError', 'no connection'),
 )
 
 
@@ -126,7 +125,7 @@ def why_pip_failed(log_text: str) -> str:
     """The reason of a failed installation, in a few words and pip's own first error."""
     meaning = next((text for pattern, text in PIP_FAILURES if re.search(pattern, log_text)), '')
     errors = re.findall(r'^\s*ERROR: (.*)$', log_text, re.MULTILINE)
-    return ': '.join(part for part in (meaning, errors[0] if errors else '') if part) or 'an error'
+    return '; '.join(part for part in (meaning, *errors[:1]) if part) or 'an error'
 
 
 def build_tools_of(lock_text: str) -> str:
@@ -150,12 +149,19 @@ def install(venv: Venv, log: Path) -> None:
         if not run_logged(command, log, cwd=venv.root, environment=environment):
             raise SetupError(
                 f'expected the packages of bootstrap/{venv.lock.name} from the package index, '
-                f'found {why_pip_failed(log.read_text(errors="replace"))} (log: {log})'
+                f'found: {why_pip_failed(log.read_text(errors="replace"))} (log: {log})'
             )
 
 
-def repair(venv: Venv) -> None:
-    """Make the CMake exports of the wheels name this environment's Python."""
+def complete_ros(venv: Venv) -> None:
+    """Mend what the wheels lack of an installation of ROS.
+
+    The CMake exports name the builder's Python; and colcon looks for a local_setup in each prefix.
+    """
+    for shell in ('sh', 'bash', 'zsh'):
+        (venv.path / f'local_setup.{shell}').write_text(
+            '# For colcon; ./bpc env sets the paths.\n'
+        )
     code = 'import numpy; print(numpy.get_include())'
     numpy_include = subprocess.check_output([venv.python, '-I', '-c', code], text=True).strip()
     cmake_repair.repair_exports(venv.path, sysconfig.get_path('include'), numpy_include)
@@ -174,5 +180,5 @@ def make(venv: Venv, log: Path) -> None:
     note(f'[2/3] about {count} packages from the package index, a minute or two')
     install(venv, log)
     if venv.rclpy is None:
-        repair(venv)
+        complete_ros(venv)
     (venv.path / STAMP).write_text(venv.stamp(own_version()))
