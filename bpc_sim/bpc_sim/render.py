@@ -263,17 +263,18 @@ def _lighting(hits: Hits, ground: Array, eye: Array, lamp: Array) -> tuple[Array
 
     ``eye`` and ``lamp`` (3,) in the surface frame.
     """
-    heading = hits.heading[:, 0]
-    normal = np.stack((hits.slope[:, 0] * np.sin(heading), -hits.slope[:, 0] * np.cos(heading),
-                       np.ones(len(heading))), axis=1)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    point = np.concatenate((ground[:, 0], hits.height), axis=1)
-    to_lamp = lamp - point
-    to_lamp /= np.linalg.norm(to_lamp, axis=1, keepdims=True)
-    to_eye = eye - point
-    to_eye /= np.linalg.norm(to_eye, axis=1, keepdims=True)
-    half = to_lamp + to_eye
-    half /= np.linalg.norm(half, axis=1, keepdims=True)
-    diffuse = np.clip((normal * to_lamp).sum(axis=1), 0, None) / np.maximum(to_lamp[:, 2], 0.1)
-    reflected = np.clip((normal * half).sum(axis=1), 0, None)**80
-    return (np.where(hits.hit[:, 0], diffuse, 1.0), np.where(hits.hit[:, 0], reflected, 0.0))
+    diffuse, reflected = np.ones(len(ground)), np.zeros(len(ground))
+    ink = np.flatnonzero(hits.hit[:, 0])
+    slope, heading = hits.slope[ink, 0], hits.heading[ink, 0]
+    normal = _unit(np.stack((slope * np.sin(heading), -slope * np.cos(heading),
+                             np.ones(len(ink))), axis=1))
+    point = np.concatenate((ground[ink, 0], hits.height[ink]), axis=1)
+    to_lamp, to_eye = _unit(lamp - point), _unit(eye - point)
+    diffuse[ink] = np.clip((normal * to_lamp).sum(axis=1) / to_lamp[:, 2], 0, None)
+    reflected[ink] = np.clip((normal * _unit(to_lamp + to_eye)).sum(axis=1), 0, None)**80
+    return diffuse, reflected
+
+
+def _unit(vectors: Array) -> Array:
+    """Vectors (N, 3) of unit length along vectors (N, 3)."""
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
