@@ -131,18 +131,22 @@ def paper_cases(seed: int = 0, ratio: float = 1.0) -> Iterator[PaperCase]:
 def polygon_raster(case: PaperCase, imaging: Imaging = IDEAL) -> NDArray[np.uint8]:
     """The image (H, W, 3) RGB as the paper drew it: binary, polygon vertices on pixels.
 
-    Each run of path points with ink is one polygon through its side points.
+    Each run of path points with ink is one polygon through its side points. A pixel is ink when
+    its centre lies inside: OpenCV paints the outline too, a pixel more in width, so polygons
+    are drawn enlarged, and looked up beside the pixel centres, where no outline reaches.
     """
     inked = case.deposit.inked(case.arc_length)
     sides = [np.rint(_pixels(side, case)).astype(np.int32)
              for side in case.deposit.sides(case.arc_length)]
-    mask = np.zeros((case.size, case.size), np.uint8)
+    scale = 8
+    mask = np.zeros((scale * case.size, scale * case.size), np.uint8)
     for run in np.split(np.arange(SAMPLES), np.flatnonzero(np.diff(inked)) + 1):
         if inked[run[0]]:
             polygon = np.concatenate((sides[0][run], sides[1][run[::-1]]))
             # Each on its own: where runs touch, even-odd filling of all at once cuts holes.
-            cv2.fillPoly(mask, [polygon], 1)
-    return np.rint(mix(imaging.ink, imaging.bed, mask.astype(np.float64))).astype(np.uint8)
+            cv2.fillPoly(mask, [scale * polygon], 1)
+    coverage = mask[1::scale, 1::scale].astype(np.float64)
+    return np.rint(mix(imaging.ink, imaging.bed, coverage)).astype(np.uint8)
 
 
 def area_coverage(case: PaperCase, supersample: int = 8) -> Array:
