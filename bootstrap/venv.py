@@ -159,9 +159,7 @@ def complete_ros(venv: Venv) -> None:
     The CMake exports name the builder's Python; and colcon looks for a local_setup in each prefix.
     """
     for shell in ('sh', 'bash', 'zsh'):
-        (venv.path / f'local_setup.{shell}').write_text(
-            '# For colcon; ./bpc env sets the paths.\n'
-        )
+        (venv.path / f'local_setup.{shell}').write_text('# The paths: ./bpc env\n')
     code = 'import numpy; print(numpy.get_include())'
     numpy_include = subprocess.check_output([venv.python, '-I', '-c', code], text=True).strip()
     cmake_repair.repair_exports(venv.path, sysconfig.get_path('include'), numpy_include)
