@@ -25,13 +25,16 @@ def file_hash(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def workspace_fingerprint(root: Path) -> str:
-    """Changes exactly when `colcon build` has something to do."""
-    lines = [f'{path} {file_hash(path)}' for path in matching(root, WORKSPACE_FILES)]
+def workspace_manifest(root: Path) -> str:
+    """Lines of hash and file; they change exactly when `colcon build` has something to do."""
+    built = list(matching(root, WORKSPACE_FILES))
+    linked: list[Path] = []
     for package in PACKAGES:
-        lines += [f'{path} {file_hash(path)}' for path in matching(root / package, BUILT)]
-        lines += [str(path) for path in matching(root / package, LINKED)]
-    return hashlib.sha256('\n'.join(lines).encode()).hexdigest()
+        built += matching(root / package, BUILT)
+        linked += matching(root / package, LINKED)
+    lines = [f'{file_hash(path)} {path.relative_to(root)}' for path in built]
+    lines += [f'link {path.relative_to(root)}' for path in linked]
+    return ''.join(f'{line}\n' for line in lines)
 
 
 def read(stamp: Path) -> str:

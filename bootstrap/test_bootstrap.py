@@ -94,11 +94,11 @@ def checkout(tmp_path: Path) -> Path:
     ],
 )
 def test_only_what_is_not_a_link_is_rebuilt(checkout: Path, file: str, rebuilt: bool) -> None:
-    before = stamps.workspace_fingerprint(checkout)
-    assert stamps.workspace_fingerprint(checkout) == before
+    before = stamps.workspace_manifest(checkout)
+    assert stamps.workspace_manifest(checkout) == before
     (checkout / file).parent.mkdir(exist_ok=True)
     (checkout / file).write_text('changed')
-    assert (stamps.workspace_fingerprint(checkout) != before) is rebuilt
+    assert (stamps.workspace_manifest(checkout) != before) is rebuilt
 
 
 def completed(checkout: Path, python: str) -> venv.Venv:
@@ -136,6 +136,21 @@ def test_only_an_asked_for_python_replaces_the_environment(
     assert made.is_current()
     monkeypatch.setenv('BPC_PYTHON', 'python3')
     assert not made.is_current()
+
+
+@pytest.mark.parametrize(
+    ('made_from', 'possible'),
+    [
+        ('python 3.11\nat .venv\nabc setup.py\n', True),
+        ('unfinished\npython 3.11\nat .venv\n', True),
+        ('python 3.12\nat .venv\nabc setup.py\n', False),
+        ('python 3.11\nat .venv\nabc setup.py\nlink config/gone.yaml\n', False),
+        ('', False),
+    ],
+)
+def test_build_goes_on_from_an_earlier_one(made_from: str, possible: bool) -> None:
+    target = 'python 3.11\nat .venv\ndef setup.py\nlink config/new.yaml\n'
+    assert workspace.can_build_upon(made_from, target) is possible
 
 
 def test_cmake_exports_name_this_python() -> None:

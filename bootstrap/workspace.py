@@ -12,13 +12,25 @@ from bootstrap.venv import check_compiler, STAMP, Venv
 
 def stamp(venv: Venv) -> str:
     """What the stamp says once the workspace is built from what is there now."""
-    return f'{stamps.workspace_fingerprint(venv.root)}\n{stamps.read(venv.path / STAMP)}'
+    return stamps.read(venv.path / STAMP) + stamps.workspace_manifest(venv.root)
 
 
 def is_current(venv: Venv) -> bool:
     """Whether there is nothing to build."""
     built = all((venv.root / 'build' / package).is_dir() for package in stamps.PYTHON_PACKAGES)
     return built and stamps.read(venv.root / 'install' / STAMP) == stamp(venv)
+
+
+def can_build_upon(made_from: str, target: str) -> bool:
+    """Whether colcon can go on from an earlier build, by the stamps of both.
+
+    It cannot in another environment, whose paths are in there; nor after a file is gone, to which
+    links are left that make it fail.
+    """
+    before, now = (
+        {line.partition(' ')[2] for line in stamp.splitlines()} for stamp in (made_from, target)
+    )
+    return bool(made_from) and before <= now | {''}
 
 
 def why_colcon_failed(log_text: str) -> str:
@@ -34,13 +46,11 @@ def build(venv: Venv, log: Path) -> None:
     check_compiler()
     root = venv.root
     target = stamp(venv)
-    unfinished = '\n' + stamps.read(venv.path / STAMP)
-    found = stamps.read(root / 'install' / STAMP)
-    if not found.endswith(unfinished):  # paths of another environment are in there
+    if not can_build_upon(stamps.read(root / 'install' / STAMP), target):
         for folder in ('build', 'install'):
             shutil.rmtree(root / folder, ignore_errors=True)
     (root / 'install').mkdir(exist_ok=True)
-    (root / 'install' / STAMP).write_text(unfinished)
+    (root / 'install' / STAMP).write_text('unfinished\n' + target)
     note('[3/3] building the workspace')
     log.write_bytes(b'')
     given = {**os.environ, **environment.variables(venv, os.environ, built=False)}
