@@ -23,7 +23,7 @@ setup(
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     # Everything beside the modules that they read: templates, transport profiles.
-    package_data={PACKAGE: ['py.typed', '**/*.html', '**/*.j2', '**/*.json', '**/*.xml', '**/*.yaml']},
+    package_data={PACKAGE: ['py.typed', '**/*.j2', '**/*.json', '**/*.xml', '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

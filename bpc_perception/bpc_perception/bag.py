@@ -17,7 +17,7 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 from mcap.exceptions import McapError
-from mcap.reader import make_reader, NonSeekingReader
+from mcap.reader import make_reader, NonSeekingReader, Summary
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 from rclpy.serialization import deserialize_message, serialize_message
@@ -53,14 +53,19 @@ class Bag:
     def messages(self, topics: set[str]) -> Iterator[tuple[str, int, Any]]:
         """Yield (topic, time of recording [ns], message) in the order of recording."""
         for file in self._files:
-            read = _sqlite_messages if file.suffix == '.db3' else _mcap_messages
-            for topic, type_name, log_ns, data in read(file, topics):
+            for topic, type_name, log_ns, data in _raw_messages(file, topics):
                 try:
                     message = deserialize_message(data, message_type(type_name))
                 except Exception as error:  # rclpy raises whatever the type support throws
                     raise BagError(f'{self.path}: expected a {type_name} on {topic}, '
                                    f'found {len(data)} other bytes') from error
                 yield topic, log_ns, message
+
+
+    def span(self) -> tuple[int, int]:
+        """Times of the first and the last message [ns]."""
+        spans = [_span(file, set(self.topics)) for file in self._files]
+        return min(start for start, _ in spans), max(end for _, end in spans)
 
 
 class BagWriter:
@@ -189,12 +194,30 @@ def _storage_files(path: Path) -> list[Path]:
     return files
 
 
-def _mcap_topics(file: Path) -> dict[str, str]:
+def _raw_messages(file: Path, topics: set[str]) -> Iterator[tuple[str, str, int, bytes]]:
+    read = _sqlite_messages if file.suffix == '.db3' else _mcap_messages
+    return read(file, topics)
+
+
+def _span(file: Path, topics: set[str]) -> tuple[int, int]:
+    summary = _mcap_summary(file) if file.suffix == '.mcap' else None
+    if summary is not None and summary.statistics is not None:
+        return summary.statistics.message_start_time, summary.statistics.message_end_time
+    times = [log_ns for _, _, log_ns, _ in _raw_messages(file, topics)]
+    return min(times), max(times)
+
+
+def _mcap_summary(file: Path) -> Summary | None:
+    """What the end of a file says of its content; None where it is torn."""
     try:
         with file.open('rb') as stream:
-            summary = make_reader(stream).get_summary()
+            return make_reader(stream).get_summary()
     except (McapError, ValueError, EOFError, AssertionError):
-        summary = None  # torn
+        return None
+
+
+def _mcap_topics(file: Path) -> dict[str, str]:
+    summary = _mcap_summary(file)
     if summary is not None and summary.channels:
         return {channel.topic: summary.schemas[channel.schema_id].name
                 for channel in summary.channels.values()}

@@ -35,7 +35,7 @@ def bed_pose() -> Array:
     return pose
 
 
-def camera_view(width: int = 320, height: int = 240, scale: float = 1.0,
+def camera_view(width: int = 304, height: int = 228, scale: float = 1.0,
                 tilt: float = CAMERA_TILT) -> View:
     """The camera of the scenarios, looking at the middle of the bed; ``tilt`` off its normal."""
     T_base_surface = bed_pose()

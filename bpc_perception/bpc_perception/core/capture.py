@@ -39,7 +39,7 @@ class PinholeCamera:
         """
         uv = np.full((len(points), 2), np.nan)
         # NaN fails the comparison.
-        seen = np.flatnonzero(np.isfinite(points).all(axis=1) & (points[:, 2] > 1e-6))
+        seen = np.flatnonzero(np.isfinite(points.sum(axis=1)) & (points[:, 2] > 1e-6))
         if len(seen):
             projected = cv2.projectPoints(
                 np.ascontiguousarray(points[seen]), np.zeros(3), np.zeros(3),
@@ -87,7 +87,7 @@ def sample_cloud(cloud: NDArray[np.float32], uv: Array) -> Array:
     and outside the image.
     """
     height, width = cloud.shape[:2]
-    inside = ((uv >= 0) & (uv <= (width - 1, height - 1))).all(axis=1)
+    inside: NDArray[np.bool_] = np.all((uv >= 0) & (uv <= (width - 1, height - 1)), axis=1)
     safe = np.where(inside[:, None], uv, 0.0)
     base = np.minimum(safe.astype(np.intp), np.maximum((width - 2, height - 2), 0))
     u, v = base.T

@@ -140,8 +140,12 @@ class SegmentationConfig(Config):
 class VisibilityConfig(Config):
     """What has to be seen before a sample may be called measured or a gap."""
 
-    occlusion_height: Annotated[float, Parameter(
-        'Anything this much above the fitted plane hides what is below', 'm', 0.0005, 1)] = 0.01
+    obstacle_height: Annotated[float, Parameter(
+        'What stands this far above the bed hides it, as the nozzle does', 'm', 0.0005, 1)] = 0.01
+    margin: Annotated[int, Parameter(
+        'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3
+    maximum_tip_height: Annotated[float, Parameter(
+        'Where the nozzle was higher above the bed it laid nothing', 'm', 0.0001, 1)] = 0.005
     depth_radius: Annotated[int, Parameter(
         'Depth must be known within this distance of a gap sample', 'pixels', 0, 50)] = 2
 
@@ -226,6 +230,23 @@ class ThicknessConfig(Config):
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     visibility: VisibilityConfig = field(default_factory=VisibilityConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
+
+
+@dataclass(frozen=True)
+class PlayerConfig(Config):
+    """All of the bag player."""
+
+    bag: Annotated[str, Parameter('Recording to play', read_only=True)] = ''
+    rate: Annotated[float, Parameter(
+        'Speed of the clock; 1 = as recorded', '', 0.01, 100, read_only=True)] = 1.0
+    loop: Annotated[bool, Parameter('Start again at the end', read_only=True)] = False
+
+
+@dataclass(frozen=True)
+class BagRecorderConfig(Config):
+    """All of the bag recorder."""
+
+    bag: Annotated[str, Parameter('Folder of the new recording', read_only=True)] = 'recording'
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,20 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bpc_perception.core.capture import Capture, sample_cloud
-from bpc_perception.core.config import ThicknessConfig, VisibilityConfig
-from bpc_perception.core.geometry import Array, invert, Plane, transform
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Array, Plane, transform
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.segmentation import delineate
+from bpc_perception.core.surface import (
+    among,
+    bed_plane,
+    obstacles,
+    StatusArray,
+    visibility,
+)
 from bpc_perception.core.thickness import (
     containing_contour,
     fit_plane,
@@ -21,8 +27,6 @@ from bpc_perception.core.thickness import (
     tangents,
 )
 
-StatusArray = NDArray[np.uint8]
-
 
 class MeasurementError(ValueError):
     """Nothing can be measured in a capture; the message says why."""
@@ -30,7 +34,9 @@ class MeasurementError(ValueError):
 
 def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
             config: ThicknessConfig, number: int = 0) -> ThicknessProfile:
-    """Thickness at every point of the path that the nozzle had passed when captured.
+    """Thickness along the path that the nozzle had passed when captured.
+
+    Path points where the nozzle was lifted off the bed get no sample.
 
     Args:
         capture: image and organized cloud of one moment.
@@ -40,15 +46,26 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         number: number of the capture within the print.
 
     Raises:
-        MeasurementError: the path is empty, or nothing was found that spans a surface.
+        MeasurementError: the path is too short, or the camera does not see where it is.
     """
     started = time.perf_counter()
     path = path.until(capture.stamp_ns)
     if len(path) < 2:
-        raise MeasurementError(f'path: expected 2 points or more before the capture, '
+        raise MeasurementError('path: expected 2 points or more before the capture, '
                                f'found {len(path)}')
-    sides, status, sigma = paper_method(capture, path.points, T_base_camera, config)
+    try:
+        bed = bed_plane(capture, path.points, T_base_camera)
+    except ValueError as error:
+        raise MeasurementError(str(error)) from error
+    obstacle = obstacles(capture, bed, T_base_camera, config.visibility.obstacle_height)
+    seen = visibility(capture, bed, obstacle, path.points, T_base_camera, config.visibility)
+    sides, status, sigma = paper_method(capture, path.points, T_base_camera, bed, config)
+    if among(obstacle, capture, path.points, T_base_camera):
+        # The paper pictures finished prints: the outline of what stands there joins the print's.
+        status[:] = Status.LOW_CONFIDENCE
+    status = np.where(seen == Status.MEASURED, status, seen)
 
+    kept = bed.height(path.points) <= config.visibility.maximum_tip_height
     measured = status == Status.MEASURED
     for values in (sides.left, sides.right, sides.left_distance, sides.right_distance, sigma):
         values[~measured] = np.nan
@@ -56,36 +73,35 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     thickness[status == Status.GAP] = 0.0
     return ThicknessProfile(
         stamp_ns=capture.stamp_ns, print_id=path.print_id, print_start_ns=path.start_ns,
-        capture=number, method=config.method, time=path.time, arc_length=path.arc_length,
-        points=path.points, extruding=path.extruding, status=status, thickness=thickness,
-        sigma=sigma, left=sides.left_distance, right=sides.right_distance,
-        left_points=sides.left, right_points=sides.right,
+        capture=number, method=config.method, time=path.time[kept],
+        arc_length=path.arc_length[kept], points=path.points[kept],
+        extruding=path.extruding[kept], status=status[kept], thickness=thickness[kept],
+        sigma=sigma[kept], left=sides.left_distance[kept], right=sides.right_distance[kept],
+        left_points=sides.left[kept], right_points=sides.right[kept],
         processing_time=time.perf_counter() - started)
 
 
-def paper_method(capture: Capture, points: Array, T_base_camera: Array,
+def paper_method(capture: Capture, points: Array, T_base_camera: Array, bed: Plane,
                  config: ThicknessConfig) -> tuple[SidePoints, StatusArray, Array]:
     """The published method: side points, status (N,) and sigma (N,) of path points (N, 3)."""
     contours = contours_3d(capture, T_base_camera, config)
     viewpoint = T_base_camera[:3, 3]
     try:
-        plane = fit_plane(np.concatenate(contours) if contours else np.empty((0, 3)), viewpoint)
-    except ValueError as error:
-        raise MeasurementError(f'no deposit delineated: {error}') from error
-    flat = [plane.coordinates(contour) for contour in contours]
-    containing = containing_contour(plane.coordinates(points), flat)
+        plane = fit_plane(np.concatenate(contours), viewpoint)
+    except ValueError:  # nothing delineated
+        plane = bed
+    containing = containing_contour(
+        plane.coordinates(points), [plane.coordinates(contour) for contour in contours])
     sides = side_points(points, tangents(points), contours, containing, plane.normal)
-
     status = np.where(containing < 0, Status.GAP, Status.MEASURED).astype(np.uint8)
-    one_sided = np.isnan(sides.left + sides.right).any(axis=1)
+    one_sided = np.isnan(sides.left_distance + sides.right_distance)
     status[(status == Status.MEASURED) & one_sided] = Status.LOW_CONFIDENCE
-    blind = unseen(capture, plane, points, T_base_camera, config.visibility)
-    status = np.where(blind == Status.MEASURED, status, blind)
     distance = np.linalg.norm(points - viewpoint, axis=1)
     return sides, status, pixel_edge_sigma(distance, capture.camera.focal_length)
 
 
-def contours_3d(capture: Capture, T_base_camera: Array, config: ThicknessConfig) -> list[Array]:
+def contours_3d(capture: Capture, T_base_camera: Array,
+                config: ThicknessConfig) -> list[Array]:
     """The fused contours (N_i, 3) in the base frame [m]; vertices without a point are left out."""
     contours = []
     for contour in delineate(capture.image, config.segmentation).fused:
@@ -94,33 +110,6 @@ def contours_3d(capture: Capture, T_base_camera: Array, config: ThicknessConfig)
         if len(points) >= 3:
             contours.append(transform(T_base_camera, points))
     return contours
-
-
-def unseen(capture: Capture, surface: Plane, points: Array, T_base_camera: Array,
-           config: VisibilityConfig) -> StatusArray:
-    """What keeps the surface below path points (N, 3) from being judged, as Status (N,).
-
-    MEASURED = nothing; NO_DATA = outside the image or no depth around; OCCLUDED = the cloud
-    has something there that stands above the surface.
-    """
-    T_camera_base = invert(T_base_camera)
-    uv = capture.camera.pixels(transform(T_camera_base, surface.project(points)))
-    status = np.full(len(points), Status.NO_DATA, np.uint8)
-    inside = np.flatnonzero(np.isfinite(uv).all(axis=1) & capture.camera.contains(uv))
-    height, width = capture.cloud.shape[:2]
-    reach = np.arange(-config.depth_radius, config.depth_radius + 1)
-    column, row = np.rint(uv[inside]).astype(np.intp).T
-    columns = np.clip(column[:, None, None] + reach, 0, width - 1)
-    rows = np.clip(row[:, None, None] + reach[:, None], 0, height - 1)
-    around = capture.cloud[rows, columns].reshape(len(inside), -1, 3)
-    # The plane in camera coordinates, so that only the few points looked at are computed.
-    above = (around @ (T_camera_base[:3, :3] @ surface.normal)
-             + surface.height(T_base_camera[:3, 3]))
-    known = np.isfinite(above)
-    obstructed = (np.where(known, above, -np.inf) > config.occlusion_height).any(axis=1)
-    status[inside[known.any(axis=1)]] = Status.MEASURED
-    status[inside[obstructed]] = Status.OCCLUDED
-    return status
 
 
 def pixel_edge_sigma(distance: Array, focal_length: float) -> Array:

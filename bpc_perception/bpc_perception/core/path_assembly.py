@@ -33,7 +33,8 @@ class ExtruderSample:
 class PathAssembler:
     """The path of one print: smoothed, resampled, joined with the extruder's state.
 
-    Poses are averaged over ``smoothing_time`` around each; path points are placed along
+    Poses are averaged over ``smoothing_time`` around each, and so are their times, so that
+    uniform motion stays what it is however unevenly poses come. Path points are placed along
     their polyline each ``spacing`` away from the one before, so that a robot that trembles on
     the spot adds no length.
     """
@@ -45,76 +46,101 @@ class PathAssembler:
         self._stop = math.inf
         self._new: list[tuple[float, float, float, float]] = []
         self._tail = np.empty((0, 4))  # poses still needed: time, x, y, z
-        self._sums = np.zeros((1, 3))  # sum of all positions before each pose of the tail
+        self._sums = np.zeros((1, 4))  # sum of all poses before each of the tail
         self._smoothed = 0  # poses of the tail already smoothed
-        self._knots = np.empty((0, 4))  # smoothed poses from the last path point on
+        # Smoothed poses from the last path point on; last, the time of the pose itself.
+        self._knots = np.empty((0, 5))
         self._scanned = 0  # knots known to be nearer than `spacing` to the last path point
         self._waiting: list[tuple[float, float, float, float, float]] = []
         self._states: list[ExtruderSample] = []
         self._state_times: list[float] = []
         self._points = np.empty((0, 8))
+        self._complete = -math.inf
+        self._finished = False
 
     def add_pose(self, stamp_ns: int, tip: Array) -> None:
         """Append a position (3,) of the nozzle tip [m]; stamps must increase."""
+        if self._finished:
+            return
         x, y, z = tip.tolist()
         self._new.append((self._time(stamp_ns), x, y, z))
 
     def add_extruder(self, sample: ExtruderSample) -> None:
         """Append a state of the extruder; stamps must increase."""
+        if self._finished:
+            return
+        time = self._time(sample.stamp_ns)
+        if time < self._latest() - self._config.extrusion_timeout:
+            # Too late for points given up by now, whether or not anyone has asked for them.
+            self._advance()
         self._states.append(sample)
-        self._state_times.append(self._time(sample.stamp_ns))
+        self._state_times.append(time)
 
     def stop(self, stamp_ns: int) -> None:
-        """Let the path end at this time."""
-        self._stop = self._time(stamp_ns)
+        """Let the path end at this time, or where it is complete if that is later."""
+        self._advance()
+        self._stop = max(self._time(stamp_ns), self._complete)
 
     def path(self) -> DepositionPath:
         """The path as far as it is certain by now."""
-        latest = self._smooth()
-        self._resample()
-        complete = self._join(latest)
+        self._advance()
         time, arc, x, y, z, velocity, flow, extruding = self._points.T
         return DepositionPath(
-            print_id=self.print_id, start_ns=self.start_ns, complete_until=complete,
-            finished=complete >= self._stop, time=time, arc_length=arc,
+            print_id=self.print_id, start_ns=self.start_ns, complete_until=self._complete,
+            finished=self._finished, time=time, arc_length=arc,
             points=np.stack((x, y, z), axis=1), plunger_velocity=velocity, flow_rate=flow,
             extruding=extruding.astype(bool))
+
+    def _advance(self) -> None:
+        """Give out what is certain by now."""
+        if self._finished:
+            return
+        latest = self._latest()
+        self._smooth()
+        self._resample()
+        complete = self._join(latest)
+        self._complete = min(complete, self._stop)
+        self._finished = complete >= self._stop
+
+    def _latest(self) -> float:
+        if self._new:
+            return self._new[-1][0]
+        return float(self._tail[-1, 0]) if len(self._tail) else -math.inf
 
     def _time(self, stamp_ns: int) -> float:
         return (stamp_ns - self.start_ns) * 1e-9
 
-    def _smooth(self) -> float:
-        """Turn the poses whose neighbourhood is complete into knots; the time of the latest."""
+    def _smooth(self) -> None:
+        """Turn the poses whose neighbourhood is complete into knots."""
         new = np.array(self._new).reshape(-1, 4)
         self._new.clear()
         self._tail = np.concatenate((self._tail, new))
         # Starting from the carried sum keeps the order of summation, whatever the batches.
         self._sums = np.concatenate(
-            (self._sums[:-1], np.cumsum(np.concatenate((self._sums[-1:], new[:, 1:])), axis=0)))
+            (self._sums[:-1], np.cumsum(np.concatenate((self._sums[-1:], new)), axis=0)))
         time = self._tail[:, 0]
         if len(time) == 0:
-            return -math.inf
+            return
         half = self._config.smoothing_time / 2
         ready = int(np.searchsorted(time + half, time[-1], side='left')) if half else len(time)
         centre = slice(self._smoothed, ready)
         low = np.searchsorted(time, time[centre] - half, side='left')
         high = np.searchsorted(time, time[centre] + half, side='right')
         mean = (self._sums[high] - self._sums[low]) / (high - low)[:, None]
-        self._knots = np.concatenate((self._knots, np.column_stack((time[centre], mean))))
+        self._knots = np.concatenate((self._knots, np.column_stack((mean, time[centre]))))
         keep = int(np.searchsorted(time, time[ready - 1] - half)) if ready else 0
         self._tail, self._sums = self._tail[keep:], self._sums[keep:]
         self._smoothed = ready - keep
-        return float(time[-1])
 
     def _resample(self) -> None:
         """Place path points along the knots, each ``spacing`` from the one before."""
         knots, spacing = self._knots, self._config.spacing
         if len(knots) and not self._waiting and not len(self._points):
-            self._waiting.append((knots[0, 0], 0.0, *knots[0, 1:]))
+            self._waiting.append((knots[0, 0], 0.0, *knots[0, 1:4]))
         while self._scanned < len(knots):
             last = np.array(self._waiting[-1] if self._waiting else self._points[-1, :5])
             block = knots[self._scanned:self._scanned + 256]
-            offset = block[:, 1:] - last[2:]
+            offset = block[:, 1:4] - last[2:]
             away = np.flatnonzero((offset * offset).sum(axis=1) >= spacing * spacing)
             if len(away) == 0:
                 self._scanned += len(block)
@@ -126,9 +152,10 @@ class PathAssembler:
 
     def _step(self, last: Array, index: int) -> tuple[float, float, float, float, float]:
         """The next path point, between the knots before and at ``index``."""
-        start, end = self._knots[index - 1], self._knots[index]
+        gap = self._knots[index, 4] - self._knots[index - 1, 4]
+        start, end = self._knots[index - 1, :4], self._knots[index, :4]
         step = end[1:] - start[1:]
-        if end[0] - start[0] > self._config.maximum_gap:
+        if gap > self._config.maximum_gap:
             arc = last[1] + math.dist(last[2:], end[1:])
             return (end[0], arc, *end[1:])
         # |start + share * step - last| = spacing, a quadratic in share.

@@ -54,8 +54,11 @@ def rough_contours(raw: list[Contour], shape: tuple[int, ...],
     for contour in raw:  # one call for all would fill by parity and open what they overlap
         cv2.drawContours(filled, [contour], 0, 255, cv2.FILLED, offset=(margin, margin))
     kernel = np.ones((config.kernel_size, config.kernel_size), np.uint8)
-    edges = cv2.Canny(cv2.dilate(filled, kernel), config.canny_low, config.canny_high)
-    return [contour - margin for contour in _find_contours(edges, cv2.RETR_EXTERNAL)]
+    dilated = cv2.dilate(filled, kernel)
+    edges = cv2.Canny(dilated, config.canny_low, config.canny_high)
+    # Canny breaks at sharp corners, even of a binary image; with the region it stays closed.
+    return [contour - margin
+            for contour in _find_contours(cv2.bitwise_or(edges, dilated), cv2.RETR_EXTERNAL)]
 
 
 def corresponding(raw: list[Contour], rough: list[Contour],

@@ -66,6 +66,11 @@ class Session:
         """Take the print's path as far as it is known."""
         self._path = path
 
+    @property
+    def waiting(self) -> int:
+        """Number of captures not measured yet."""
+        return len(self._waiting)
+
     def clear(self) -> None:
         """Forget everything received, as when the clock jumps back."""
         self._poses.clear()

@@ -1,0 +1,36 @@
+"""``bpc live``: the nodes on a real printer's topics."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bpc_perception.cli.monitor import monitoring
+from bpc_perception.cli.options import ParametersOption
+from bpc_perception.cli.processes import Nodes
+from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.handeye import load_hand_eye
+from bpc_perception.parameter_files import configure
+
+
+def live(
+    hand_eye: Annotated[Path, typer.Option(
+        '--handeye', metavar='FILE', help='Hand-eye calibration (easy_handeye2 .calib).')],
+    parameters: ParametersOption = None,
+) -> None:
+    """Measure a running print until Ctrl-C; camera, robot and extruder publish by themselves."""
+    load_hand_eye(hand_eye)
+    configure(ThicknessConfig(), 'thickness', parameters)
+    configure(RecorderConfig(), 'path_recorder', parameters)
+    with monitoring() as monitor, Nodes(parameters) as nodes:
+        nodes.start('bpc_perception.nodes.path_recorder')
+        nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
+        print('Waiting for captures; Ctrl-C ends.')
+
+        def ended() -> bool:
+            nodes.check()
+            return False
+
+        monitor.spin_until(ended)

@@ -1,0 +1,98 @@
+"""Follows profiles and advice of running nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+
+from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
+from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
+from bpc_perception import topics
+from bpc_perception.cli.table import ResultTable
+from bpc_perception.conversions import advice_from_message, profile_from_message
+from bpc_perception.core.advice import RateAdvice
+from bpc_perception.core.profile import ThicknessProfile
+
+DISCOVERY = 0.6  # in which another process's publishers are found, with a margin [s]
+
+
+class Monitor:
+    """Collects what the thickness node publishes and prints a line a capture.
+
+    Attributes:
+        profiles, advice: by stamp of the capture, in order of arrival.
+        warnings: the distinct warnings in the diagnostics.
+    """
+
+    def __init__(self, node: Node, executor: SingleThreadedExecutor) -> None:
+        self._node = node
+        self._executor = executor
+        self._table = ResultTable()
+        self.profiles: dict[int, ThicknessProfile] = {}
+        self.advice: dict[int, RateAdvice] = {}
+        self.warnings: list[str] = []
+        node.create_subscription(
+            ThicknessProfileMsg, topics.PROFILE, self._on_profile, topics.RESULT_QOS)
+        node.create_subscription(RateAdviceMsg, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+
+    def spin_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
+        """Handle messages until ``done`` or the timeout [s]; whether it was done."""
+        end = None if timeout is None else time.monotonic() + timeout
+        while not done():
+            if end is not None and time.monotonic() > end:
+                return False
+            self._executor.spin_once(timeout_sec=0.05)
+        return True
+
+    def expect_no_other_printer(self) -> None:
+        """Refuse to play a printer where one is: ours would mix with its poses."""
+        self.spin_until(lambda: False, DISCOVERY)
+        for name in (*topics.PRINT, *topics.CAMERA):
+            count = self._node.count_publishers(name)
+            if count:
+                raise ValueError(f'{name}: expected no publisher before the start, found {count}; '
+                                 'set ROS_DOMAIN_ID to a number of its own')
+
+    def _on_profile(self, message: ThicknessProfileMsg) -> None:
+        profile = profile_from_message(message)
+        self.profiles[profile.stamp_ns] = profile
+        self._show(profile.stamp_ns)
+
+    def _on_advice(self, message: RateAdviceMsg) -> None:
+        advice = advice_from_message(message)
+        self.advice[advice.stamp_ns] = advice
+        self._show(advice.stamp_ns)
+
+    def _show(self, stamp_ns: int) -> None:
+        if stamp_ns in self.profiles and stamp_ns in self.advice:
+            self._table.add_profile(self.profiles[stamp_ns], self.advice[stamp_ns])
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            text = f'{status.name}: {status.message}'
+            if status.level != DiagnosticStatus.OK and text not in self.warnings:
+                self.warnings.append(text)
+                print(f'  {text}')
+
+
+@contextmanager
+def monitoring() -> Iterator[Monitor]:
+    """A monitor in this process's ROS graph; Ctrl-C ends the block quietly."""
+    rclpy.init()
+    node = rclpy.create_node('bpc_monitor')
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        yield Monitor(node, executor)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()

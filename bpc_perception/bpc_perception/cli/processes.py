@@ -1,0 +1,81 @@
+"""Nodes started as processes, and ended again whatever happens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import tempfile
+from types import TracebackType
+from typing import Any
+
+import yaml
+
+END_PATIENCE = 2.0  # [s]
+
+
+class NodeError(ValueError):
+    """A node ended that should not have; the message has its last words."""
+
+
+class Nodes:
+    """Processes of nodes; a context manager that ends all of them in reverse order."""
+
+    def __init__(self, parameter_file: Path | None = None,
+                 parameters: Mapping[str, Any] | None = None) -> None:
+        self._common = [parameter_file] if parameter_file else []
+        self._parameters = dict(parameters or {})
+        self._logs = Path(os.environ.get('ROS_LOG_DIR') or tempfile.gettempdir())
+        self._logs.mkdir(parents=True, exist_ok=True)
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._log_files: dict[str, Path] = {}
+
+    def start(self, module: str, **parameters: Any) -> None:
+        """Run ``python -m module`` with these parameters, which win over those common to all."""
+        name = module.rpartition('.')[2]
+        arguments = ['--ros-args']
+        for file in self._common:
+            arguments += ['--params-file', str(file)]
+        for key, value in {**self._parameters, **parameters}.items():
+            arguments += ['-p', f'{key}:={yaml.safe_dump(value).splitlines()[0]}']
+        handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
+        self._log_files[name] = Path(log)
+        # A session of its own: Ctrl-C reaches us alone, and we end the nodes in order.
+        self._processes[name] = subprocess.Popen(
+            [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
+            stdout=handle, stderr=handle, start_new_session=True)
+        os.close(handle)
+
+    def check(self, *may_end: str) -> None:
+        """Raise NodeError if a node has ended, unless it is one that may and went well."""
+        for name, process in self._processes.items():
+            status = process.poll()
+            if status is not None and not (status == 0 and name in may_end):
+                words = self._log_files[name].read_text(errors='replace').strip().splitlines()
+                raise NodeError(f'{name}: expected it to run, found it ended with status '
+                                f'{status}: {words[-1] if words else "no output"}')
+
+    def ended(self, name: str) -> bool:
+        """Whether this node has ended."""
+        return self._processes[name].poll() is not None
+
+    def __enter__(self) -> Nodes:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        for process in self._processes.values():
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        for process in reversed(self._processes.values()):
+            try:
+                process.wait(END_PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        if error is None:
+            for log in self._log_files.values():
+                log.unlink(missing_ok=True)

@@ -1,0 +1,22 @@
+"""``bpc record``: the suite's topics into a bag."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import sys
+from typing import Annotated
+
+import typer
+
+
+def record(
+    out: Annotated[Path, typer.Option('--out', metavar='BAG', help='New rosbag2 folder.')],
+) -> None:
+    """Record camera, robot, extruder and results until Ctrl-C; readable even if killed."""
+    if out.exists():
+        raise ValueError(f'{out}: expected a new bag, found that it exists')
+    # Imported late: only this command needs ROS set up in this process.
+    from bpc_perception.nodes import bag_recorder
+
+    sys.argv = [sys.argv[0], '--ros-args', '-p', f'bag:={out}']
+    bag_recorder.main()

@@ -1,0 +1,75 @@
+"""``bpc demo`` and ``bpc replay``: a recording through the nodes, over topics."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bpc_perception.cli import inputs
+from bpc_perception.cli.monitor import Monitor, monitoring
+from bpc_perception.cli.options import BagArgument, HandEyeOption, OutOption, ParametersOption
+from bpc_perception.cli.processes import Nodes
+from bpc_perception.core.session import Result
+from bpc_perception.offline import measure_bag
+from bpc_perception.outputs import write_outputs
+from bpc_perception.recording import captures
+
+AFTERMATH = 10.0  # for the last results after the recording's end [s]
+
+
+def demo(
+    out: OutOption = Path('demo'),
+    rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
+) -> None:
+    """Replay the sample print in real time through the three nodes."""
+    root = Path(os.environ.get('BPC_ROOT', '.'))
+    print('A spiral of 174 mm is printed in one minute; the camera looks every 12 s.')
+    replay(root / 'bags' / 'spiral_gaps', out, rate=rate)
+
+
+def replay(
+    bag: BagArgument,
+    out: OutOption = Path('replay'),
+    hand_eye: HandEyeOption = None,
+    parameters: ParametersOption = None,
+    rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
+    loop: Annotated[bool, typer.Option(help='Again and again, until Ctrl-C.')] = False,
+) -> None:
+    """Replay a recording through the nodes, over topics, with /clock."""
+    given = inputs.load(bag, hand_eye, parameters)
+    recorded = [capture for _, capture in captures(given.bag)]
+    if not recorded:
+        raise ValueError(f'{bag}: expected a complete capture, found none')
+    stamps = [capture.stamp_ns for capture in recorded]
+    with monitoring() as monitor, Nodes(given.parameter_file, {'use_sim_time': True}) as nodes:
+        monitor.expect_no_other_printer()
+        nodes.start('bpc_perception.nodes.path_recorder')
+        nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(given.hand_eye_file))
+        nodes.start('bpc_perception.nodes.camera_driver', back_end='bag', bag=str(bag))
+        nodes.start('bpc_perception.nodes.bag_player', bag=str(bag), rate=rate, loop=loop,
+                    use_sim_time=False)
+
+        def played() -> bool:
+            nodes.check('bag_player')
+            return nodes.ended('bag_player')
+
+        monitor.spin_until(played)
+        monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
+    results = collect(monitor, given)
+    if not any(result.profile for result in results):
+        raise ValueError(f'{bag}: expected a profile, found none; '
+                         f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
+    for file in write_outputs(out, results, given.provenance):
+        print(file)
+
+
+def collect(monitor: Monitor, given: inputs.Inputs) -> list[Result]:
+    """The live results, each with its recorded capture and the camera's pose then."""
+    offline = measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder)
+    return [Result(result.capture, result.T_base_camera,
+                   monitor.profiles.get(result.capture.stamp_ns),
+                   monitor.advice.get(result.capture.stamp_ns),
+                   result.refusal or 'no profile came') for result in offline]

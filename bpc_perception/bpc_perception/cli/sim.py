@@ -1,0 +1,63 @@
+"""``bpc sim``: the nodes on the synthetic printer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import tempfile
+import time
+from typing import Annotated
+
+import typer
+import yaml
+
+from bpc_perception.cli.monitor import monitoring
+from bpc_perception.cli.processes import Nodes
+
+START_DELAY = 3.0  # until all nodes have found each other [s]
+
+
+def sim(
+    scenario: Annotated[str, typer.Option(help='What is printed.')] = 'spiral_gaps',
+    speed: Annotated[float, typer.Option(help='Of the nozzle [mm/s].')] = 3.0,
+    rate: Annotated[float, typer.Option(help='Captures a second.')] = 0.5,
+    target: Annotated[float, typer.Option(help='Thickness wanted [mm].')] = 2.0,
+    record: Annotated[Path | None, typer.Option(
+        metavar='BAG', help='Only write the print to a new bag, without a graph.')] = None,
+) -> None:
+    """Print on the synthetic printer, measured live (open loop)."""
+    # The simulator is a package of its own, needed by this command only.
+    from bpc_sim.config import SimConfig
+    from bpc_sim.sample import hand_eye, parameters
+    from bpc_sim.sample import record as record_print
+
+    config = SimConfig(scenario=scenario, speed=speed * 1e-3)
+    if rate <= 0:
+        raise ValueError(f'rate: expected more than 0, found {rate}')
+    job = config.job()
+    if record is not None:
+        record_print(job, record, 1 / rate, target * 1e-3)
+        print(record)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        calibration, settings = Path(folder, 'hand_eye.calib'), Path(folder, 'params.yaml')
+        calibration.write_text(yaml.safe_dump(hand_eye(job)))
+        settings.write_text(yaml.safe_dump(parameters(job, target * 1e-3)))
+        with monitoring() as monitor, Nodes(settings) as nodes:
+            monitor.expect_no_other_printer()
+            start_ns = time.time_ns() + round(START_DELAY * 1e9)
+            common = {'scenario': scenario, 'speed': config.speed, 'start_time_ns': start_ns}
+            nodes.start('bpc_perception.nodes.path_recorder')
+            nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(calibration))
+            nodes.start('bpc_sim.nodes.robot', **common)
+            nodes.start('bpc_sim.nodes.extruder', **common)
+            nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=rate,
+                        **common)
+            print(f'{job.length * 1e3:.0f} mm at {speed:g} mm/s: '
+                  f'{job.duration + START_DELAY:.0f} s; Ctrl-C ends.')
+            end_ns = start_ns + round(job.duration * 1e9)
+
+            def complete() -> bool:
+                nodes.check()
+                return any(stamp > end_ns for stamp in monitor.advice)
+
+            monitor.spin_until(complete, START_DELAY + job.duration + 10 + 2 / rate)

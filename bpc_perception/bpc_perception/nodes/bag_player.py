@@ -1,0 +1,85 @@
+"""The bag player: robot and extruder of a recording out, in its own time, with /clock.
+
+The captures of the recording are left to the camera driver, as in a live print.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import time
+from typing import Any
+
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+
+from bpc_perception import topics
+from bpc_perception.bag import Bag
+from bpc_perception.conversions import ns_to_stamp
+from bpc_perception.core.config import PlayerConfig
+from bpc_perception.nodes.clock import steady_clock
+from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.run import run
+from bpc_perception.recording import find_topics
+
+CLOCK_PERIOD = 0.01  # [s]
+TAIL_NS = 1_000_000_000  # the clock goes on, so that what was recorded last is delivered too
+
+
+class BagPlayerNode(Node):
+    """Plays a recording once everything that listens is there; ends with its end."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('bag_player', **kwargs)
+        self._config = NodeConfig(self, PlayerConfig()).value
+        self._bag = Bag(self._config.bag)
+        self._names = find_topics(self._bag, topics.PRINT)
+        self._span = self._bag.span()
+        self._publishers_of = {
+            topics.POSE: self.create_publisher(
+                topics.PRINT[topics.POSE], topics.POSE, topics.EXTRUSION_QOS),
+            topics.EXTRUSION: self.create_publisher(
+                topics.PRINT[topics.EXTRUSION], topics.EXTRUSION, topics.EXTRUSION_QOS)}
+        self._clock_publisher = self.create_publisher(Clock, '/clock', 1)
+        self._started: float | None = None
+        self._messages: Iterator[tuple[str, int, Any]] = iter(())
+        self._next: tuple[str, int, Any] | None = None
+        self.create_timer(CLOCK_PERIOD, self._tick, clock=steady_clock())
+
+    def _tick(self) -> None:
+        if self._started is None:
+            if not self._audience():
+                return
+            self._rewind()
+        assert self._started is not None
+        elapsed_ns = round((time.monotonic() - self._started) * self._config.rate * 1e9)
+        now_ns = self._span[0] + elapsed_ns
+        while self._next is not None and self._next[1] <= now_ns:
+            topic, _, message = self._next
+            self._publishers_of[self._names[topic]].publish(message)
+            self._next = next(self._messages, None)
+        self._clock_publisher.publish(Clock(clock=ns_to_stamp(now_ns)))
+        if self._next is None and now_ns > self._span[1] + TAIL_NS:
+            if not self._config.loop:
+                raise SystemExit(0)
+            self._rewind()
+
+    def _audience(self) -> bool:
+        """Whether robot, extruder and camera have their listeners."""
+        return all(publisher.get_subscription_count()
+                   for publisher in self._publishers_of.values()) and all(
+            self.count_publishers(name) and self.count_subscribers(name)
+            for name in topics.CAMERA)
+
+    def _rewind(self) -> None:
+        self._messages = self._bag.messages(set(self._names))
+        self._next = next(self._messages, None)
+        self._started = time.monotonic()
+
+
+def main() -> None:
+    """Run the node."""
+    run(BagPlayerNode)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,55 @@
+"""The bag recorder: everything that the suite's topics carry, as it is, into a bag."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+
+from bpc_perception import topics
+from bpc_perception.bag import BagWriter
+from bpc_perception.core.config import BagRecorderConfig
+from bpc_perception.nodes.clock import steady_clock
+from bpc_perception.nodes.diagnostics import Diagnostics
+from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.run import run
+
+FLUSH_PERIOD = 0.25  # what a killed recorder loses at most [s]
+QOS = {topics.POSE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
+       topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS}
+
+
+class BagRecorderNode(Node):
+    """Writes each message, still serialized, at the time it came."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('bag_recorder', **kwargs)
+        config = NodeConfig(self, BagRecorderConfig()).value
+        self._bag = BagWriter(config.bag)
+        self._diagnostics = Diagnostics(self)
+        for name, kind in (topics.CAMERA | topics.PRINT | topics.RESULTS).items():
+            qos = QOS.get(name, topics.CAMERA_QOS if name in topics.CAMERA else topics.RESULT_QOS)
+            full = self.resolve_topic_name(name)
+            self._bag.add_topic(full, topics.type_name(kind))
+            self.create_subscription(kind, name, partial(self._write, full), qos, raw=True)
+        self.create_timer(FLUSH_PERIOD, self._bag.flush, clock=steady_clock())
+        self.get_logger().info(f'recording into {config.bag}')
+
+    def _write(self, topic: str, data: bytes) -> None:
+        self._bag.write(topic, self.get_clock().now().nanoseconds, data)
+        self._diagnostics.count(topic)
+
+    def destroy_node(self) -> None:
+        """Complete the bag as well."""
+        self._bag.close()
+        super().destroy_node()
+
+
+def main() -> None:
+    """Run the node."""
+    run(BagRecorderNode)
+
+
+if __name__ == '__main__':
+    main()

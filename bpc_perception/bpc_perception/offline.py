@@ -1,0 +1,69 @@
+"""A recorded print measured without a graph: the same core in the same order as the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import logging
+
+import numpy as np
+
+from bpc_perception import topics
+from bpc_perception.bag import Bag
+from bpc_perception.capture_pairing import CapturePairer
+from bpc_perception.conversions import (
+    ConversionError,
+    extruder_from_message,
+    path_from_message,
+    pose_to_matrix,
+    stamp_to_ns,
+)
+from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.path_assembly import PrintTracker
+from bpc_perception.core.session import HandEye, Result, Session
+from bpc_perception.recording import find_topic, find_topics
+
+logger = logging.getLogger(__name__)
+
+
+def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
+                recorder: RecorderConfig) -> Iterator[Result]:
+    """Yield what comes of each complete capture of a recording, in order.
+
+    The path is assembled from the recorded poses and extruder states; a recording that has no
+    poses but the assembled path is measured along that.
+
+    Raises BagError when a topic that is needed is missing.
+    """
+    names = find_topics(bag, topics.CAMERA)
+    assembled = not any(topic.endswith(topics.POSE) for topic in bag.topics) and any(
+        topic.endswith(topics.PATH) for topic in bag.topics)
+    if assembled:
+        names[find_topic(bag, topics.PATH, topics.RESULTS[topics.PATH])] = topics.PATH
+    else:
+        names |= find_topics(bag, topics.PRINT)
+    tip = np.array(recorder.nozzle_offset)
+    tracker, pairer, session = PrintTracker(recorder.path), CapturePairer(), Session(
+        config, hand_eye)
+    for topic, _, message in bag.messages(set(names)):
+        name = names[topic]
+        try:
+            if name == topics.POSE:
+                stamp_ns, pose = stamp_to_ns(message.header.stamp), pose_to_matrix(message.pose)
+                tracker.add_pose(stamp_ns, transform(pose, tip))
+                session.add_flange_pose(stamp_ns, pose)
+            elif name == topics.EXTRUSION:
+                tracker.add_extruder(extruder_from_message(message))
+            elif name == topics.PATH:
+                session.set_path(path_from_message(message))
+            elif (capture := pairer.add(name, message)) is not None:
+                session.add_capture(capture)
+        except ConversionError as error:
+            logger.warning('%s', error)
+        for problem in pairer.give_up():
+            logger.warning('%s', problem)
+        if session.waiting:
+            if not assembled and (path := tracker.path()) is not None:
+                session.set_path(path)
+            yield from session.results()
+    yield from session.results(finish=True)

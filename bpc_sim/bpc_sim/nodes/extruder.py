@@ -1,0 +1,28 @@
+"""The synthetic extruder."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpc_perception.nodes.run import run
+
+from bpc_perception import topics
+from bpc_sim.messages import extruder_message, EXTRUDER_RATE
+from bpc_sim.nodes.synthetic import SyntheticNode
+
+
+class SyntheticExtruderNode(SyntheticNode):
+    """Publishes ``extrusion_state`` of a simulated print."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('synthetic_extruder', topics.EXTRUSION, EXTRUDER_RATE,
+                         extruder_message, **kwargs)
+
+
+def main() -> None:
+    """Run the node."""
+    run(SyntheticExtruderNode)
+
+
+if __name__ == '__main__':
+    main()

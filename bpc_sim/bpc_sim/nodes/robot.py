@@ -1,0 +1,27 @@
+"""The synthetic robot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpc_perception.nodes.run import run
+
+from bpc_perception import topics
+from bpc_sim.messages import POSE_RATE, robot_message
+from bpc_sim.nodes.synthetic import SyntheticNode
+
+
+class SyntheticRobotNode(SyntheticNode):
+    """Publishes ``end_effector_pose`` of a simulated print."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('synthetic_robot', topics.POSE, POSE_RATE, robot_message, **kwargs)
+
+
+def main() -> None:
+    """Run the node."""
+    run(SyntheticRobotNode)
+
+
+if __name__ == '__main__':
+    main()
