@@ -34,6 +34,8 @@ def set_up(target: venv.Venv) -> None:
     logs.mkdir(parents=True, exist_ok=True)
     with only_one(logs):
         if not target.is_current():
+            if 'ROS_DISTRO' in os.environ and target.rclpy is None:
+                note('the sourced ROS has no rclpy that this Python can load; using wheels')
             venv.check_prerequisites(target.root)
             venv.make(target, logs / 'pip.log')
         if not workspace.is_current(target):

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 import importlib.util
 from pathlib import Path
+import sys
 import sysconfig
 
 from bootstrap.progress import SetupError
@@ -28,4 +29,10 @@ def stock_rclpy(environment: Mapping[str, str], venv: Path) -> Path | None:
             f'needs ROS 2 jazzy, found {distribution} sourced (ROS_DISTRO); '
             'use a shell without it, or source jazzy'
         )
-    return sourced_rclpy(venv)
+    rclpy = sourced_rclpy(venv)
+    if rclpy and sys.version_info[:2] != (3, 12):
+        raise SetupError(
+            f'needs ROS 2 jazzy on Python 3.12, as on Ubuntu 24.04, found {rclpy} sourced; '
+            'in a shell without it, ./bpc brings its own'
+        )
+    return rclpy

@@ -177,7 +177,7 @@ def complete_ros(venv: Venv) -> None:
 
 
 def make(venv: Venv, log: Path) -> None:
-    """Make the environment from nothing; a half-made one is left to the next run to replace."""
+    """Make the environment from nothing; without its stamp the next run would replace it."""
     shutil.rmtree(venv.path, ignore_errors=True)
     log.write_bytes(b'')
     note(f'[1/3] virtual environment with Python {own_version()}')
@@ -187,7 +187,11 @@ def make(venv: Venv, log: Path) -> None:
         raise SetupError(f'expected {" ".join(command[:3])} to work, found an error (log: {log})')
     count = len(re.findall(r'^[\w.-]+==', venv.lock.read_text(), re.MULTILINE))
     note(f'[2/3] about {count} packages from the package index, a minute or two')
-    install(venv, log)
+    try:
+        install(venv, log)
+    except SetupError:
+        shutil.rmtree(venv.path, ignore_errors=True)  # the disk may be full of it
+        raise
     compile_modules(venv, log)
     if venv.rclpy is None:
         complete_ros(venv)
