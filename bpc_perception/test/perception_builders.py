@@ -8,7 +8,7 @@ from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.geometry import Array, transform
 from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.path_assembly import ExtruderSample, PathAssembler
+from bpc_perception.core.path_assembly import ExtruderSample, PathAssembler, PrintTracker
 from bpc_perception.core.profile import Status, ThicknessProfile
 import numpy as np
 from numpy.typing import NDArray
@@ -117,12 +117,23 @@ def state(time: float, extruding: bool = True, start_ns: int = START_NS) -> Extr
     return ExtruderSample(start_ns + round(time * SECOND), extruding, time, 2 * time)
 
 
+def feed(target: PathAssembler | PrintTracker, times: Array, tips: Array,
+         states: Iterable[ExtruderSample]) -> None:
+    """Hand over positions (N, 3) at times (N,) [s] and extruder states, in order of time."""
+    poses = [(START_NS + round(time * SECOND), tip)
+             for time, tip in zip(times, tips, strict=True)]
+    left = sorted(states, key=lambda sample: sample.stamp_ns)
+    for stamp_ns, tip in poses:
+        while left and left[0].stamp_ns <= stamp_ns:
+            target.add_extruder(left.pop(0))
+        target.add_pose(stamp_ns, tip)
+    for sample in left:
+        target.add_extruder(sample)
+
+
 def assemble(times: Array, tips: Array, states: Iterable[ExtruderSample],
              config: PathConfig | None = None) -> PathAssembler:
     """A print from positions (N, 3) at times (N,) [s], and extruder states."""
     assembler = PathAssembler('print', START_NS, config or PathConfig(smoothing_time=0))
-    for time, tip in zip(times, tips, strict=True):
-        assembler.add_pose(START_NS + round(time * SECOND), tip)
-    for sample in states:
-        assembler.add_extruder(sample)
+    feed(assembler, times, tips, states)
     return assembler

@@ -47,6 +47,7 @@ class PathAssembler:
         self._new: list[tuple[float, float, float, float]] = []
         self._tail = np.empty((0, 4))  # poses still needed: time, x, y, z
         self._sums = np.zeros((1, 4))  # sum of all poses before each of the tail
+        self._first: float | None = None  # time of the first pose
         self._smoothed = 0  # poses of the tail already smoothed
         # Smoothed poses from the last path point on; last, the time of the pose itself.
         self._knots = np.empty((0, 5))
@@ -124,8 +125,12 @@ class PathAssembler:
         half = self._config.smoothing_time / 2
         ready = int(np.searchsorted(time + half, time[-1], side='left')) if half else len(time)
         centre = slice(self._smoothed, ready)
-        low = np.searchsorted(time, time[centre] - half, side='left')
-        high = np.searchsorted(time, time[centre] + half, side='right')
+        if self._first is None:
+            self._first = float(time[0])
+        # As far back as ahead, or the path would not begin where the print does.
+        reach = np.minimum(half, time[centre] - self._first)
+        low = np.searchsorted(time, time[centre] - reach, side='left')
+        high = np.searchsorted(time, time[centre] + reach, side='right')
         mean = (self._sums[high] - self._sums[low]) / (high - low)[:, None]
         self._knots = np.concatenate((self._knots, np.column_stack((mean, time[centre]))))
         keep = int(np.searchsorted(time, time[ready - 1] - half)) if ready else 0
@@ -225,31 +230,28 @@ class PrintTracker:
         self._states.append(sample)
         while sample.stamp_ns - self._states[0].stamp_ns > self.HISTORY_S * 1e9:
             self._states.popleft()
+        pause_ns = round(self._config.auto_stop_after * 1e9)
+        if self._config.auto and sample.stamp_ns - self._last_extruding_ns > pause_ns:
+            # Before the print takes the state, which would make it complete beyond its end.
+            self.stop(self._last_extruding_ns + pause_ns)
         if self._print:
             self._print.add_extruder(sample)
-        if self._config.auto:
-            self._start_or_stop(sample)
-        return True
-
-    def _start_or_stop(self, sample: ExtruderSample) -> None:
-        if sample.extruding:
+        if self._config.auto and sample.extruding:
             self._last_extruding_ns = sample.stamp_ns
             if not self._running:
                 self.start(sample.stamp_ns)
-        pause_ns = round(self._config.auto_stop_after * 1e9)
-        if self._running and sample.stamp_ns - self._last_extruding_ns > pause_ns:
-            self.stop(self._last_extruding_ns + pause_ns)
+        return True
 
     def start(self, stamp_ns: int) -> str:
         """Start a new print at this time and return its id; a running one is given up."""
         start = datetime.fromtimestamp(stamp_ns // 10**9, timezone.utc)
         print_id = f'{start:%Y%m%dT%H%M%S}.{stamp_ns % 10**9 // 10**6:03d}Z'
         self._print = PathAssembler(print_id, stamp_ns, self._config)
+        for sample in self._states:  # before the poses, for which they were not too late
+            self._print.add_extruder(sample)
         for pose_ns, tip in self._poses:
             if pose_ns >= stamp_ns:
                 self._print.add_pose(pose_ns, tip)
-        for sample in self._states:
-            self._print.add_extruder(sample)
         self._running = True
         self._last_extruding_ns = stamp_ns
         return print_id
