@@ -151,6 +151,21 @@ class VisibilityConfig(Config):
 
 
 @dataclass(frozen=True)
+class CrossSectionConfig(Config):
+    """Thickness from the image across the path, the default method."""
+
+    reach: Annotated[float, Parameter(
+        'How far from the path an edge is looked for', 'm', 0.0002, 0.05)] = 0.004
+    tangent_length: Annotated[float, Parameter(
+        'Length of path over which its direction is taken', 'm', 1e-5, 0.02)] = 0.001
+    edge_sigma: Annotated[float, Parameter(
+        'Uncertainty of a width that does not come from noise', 'pixels', 0, 2)] = 0.05
+    maximum_noise: Annotated[float, Parameter(
+        'Noise, as a share of the contrast of ink and bed, above which nothing is known',
+        '', 0.01, 1)] = 0.25
+
+
+@dataclass(frozen=True)
 class AdviceConfig(Config):
     """From measured thickness to rate advice."""
 
@@ -222,12 +237,13 @@ class ThicknessConfig(Config):
         'Hand-eye calibration, an easy_handeye2 .calib file', read_only=True)] = ''
     method: Annotated[str, Parameter(
         'How thickness is measured: "paper" is the published method',
-        choices=('paper',))] = 'paper'
+        choices=('cross_section', 'paper'))] = 'cross_section'
     patience: Annotated[float, Parameter(
         'How long a capture waits for path and poses to reach its stamp', 's', 0.01, 60)] = 2.0
     maximum_pose_gap: Annotated[float, Parameter(
         'Camera in hand: poses around a capture may be this far apart', 's', 0.001, 10)] = 0.1
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
+    cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     visibility: VisibilityConfig = field(default_factory=VisibilityConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bpc_perception.core.capture import Capture, sample_cloud
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.cross_section import measure_cross_sections
 from bpc_perception.core.geometry import Array, Plane, transform
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
@@ -59,13 +61,17 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         raise MeasurementError(str(error)) from error
     obstacle = obstacles(capture, bed, T_base_camera, config.visibility.obstacle_height)
     seen = visibility(capture, bed, obstacle, path.points, T_base_camera, config.visibility)
-    sides, status, sigma = paper_method(capture, path.points, T_base_camera, bed, config)
-    if among(obstacle, capture, path.points, T_base_camera):
-        # The paper pictures finished prints: the outline of what stands there joins the print's.
-        status[:] = Status.LOW_CONFIDENCE
+    if config.method == 'paper':
+        sides, status, sigma = paper_method(capture, path.points, T_base_camera, bed, config)
+        if among(obstacle, capture, path.points, T_base_camera):
+            # The paper pictures finished prints: the outline of what stands there joins theirs.
+            status[:] = Status.LOW_CONFIDENCE
+    else:
+        sides, status, sigma = measure_cross_sections(
+            capture, path.points, T_base_camera, bed, obstacle, config.cross_section)
     status = np.where(seen == Status.MEASURED, status, seen)
 
-    kept = bed.height(path.points) <= config.visibility.maximum_tip_height
+    kept = on_bed(path.points, bed, config.visibility.maximum_tip_height)
     measured = status == Status.MEASURED
     for values in (sides.left, sides.right, sides.left_distance, sides.right_distance, sigma):
         values[~measured] = np.nan
@@ -79,6 +85,13 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         sigma=sigma[kept], left=sides.left_distance[kept], right=sides.right_distance[kept],
         left_points=sides.left[kept], right_points=sides.right[kept],
         processing_time=time.perf_counter() - started)
+
+
+def on_bed(points: Array, bed: Plane, maximum_height: float) -> NDArray[np.bool_]:
+    """Which path points (N, 3) the nozzle passed low and along the bed, not lifted or lifting."""
+    rising = np.abs(tangents(points) @ bed.normal)
+    kept: NDArray[np.bool_] = (bed.height(points) <= maximum_height) & (rising < 0.5)
+    return kept
 
 
 def paper_method(capture: Capture, points: Array, T_base_camera: Array, bed: Plane,
