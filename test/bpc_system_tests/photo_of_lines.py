@@ -46,8 +46,8 @@ K = np.array(((1500.0, 0.0, 726.0), (0.0, 1254.18, 297.0), (0.0, 0.0, 1.0)))
 CAMERA_POSITION = np.array((0.053734578, 0.015112444, 0.109336842))  # [m]
 CAMERA_ORIENTATION = np.array((0.999901, -0.001530, -0.009969, -0.009845))  # x, y, z, w
 
-# What the eye saw in the photo, enlarged, before anything was measured: (panel, line) to where,
-# from the line's left end [mm].
+# What the eye sees in the enlarged photo, a ruler beside it and no result drawn in: (panel, line)
+# to where, from the line's left end [mm].
 # Ink without interruption or doubt, without the first and last bit where lines meet frames.
 CONTINUOUS = {
     (0, 0): ((1.5, 7.0), (14.0, 29.0)), (0, 1): ((1.5, 7.0), (9.5, 29.0)),
@@ -57,12 +57,12 @@ CONTINUOUS = {
     **{(1, line): ((1.5, 7.2), (14.0, 27.5)) for line in range(10)},
     **{(2, line): ((1.5, 28.5),) for line in range(10)},
 }
-# Bed, with at most a hair above it, from where the tapering end of the ink has become one to
-# the drop with which the ink begins again.
+# Bed, with at most a hair above it, from where the tapering end of the ink has become a hair,
+# good to 0.4 mm, to the drop with which the ink begins again.
 GAPS = {
-    (0, 0): (8.2, 11.0), (1, 0): (8.5, 10.9), (1, 1): (8.4, 11.6), (1, 2): (8.4, 11.5),
-    (1, 3): (8.2, 11.4), (1, 4): (8.3, 12.3), (1, 5): (8.3, 11.5), (1, 6): (8.1, 11.3),
-    (1, 7): (8.2, 11.3), (1, 8): (8.1, 11.2), (1, 9): (8.2, 11.3),
+    (0, 0): (8.3, 11.0), (1, 0): (8.3, 10.9), (1, 1): (8.3, 11.6), (1, 2): (8.2, 11.5),
+    (1, 3): (8.1, 11.4), (1, 4): (8.0, 12.3), (1, 5): (8.1, 11.5), (1, 6): (8.0, 11.3),
+    (1, 7): (8.0, 11.3), (1, 8): (7.9, 11.3), (1, 9): (7.9, 11.4),
 }
 # Where ink bulges to at least twice its width from 14 to 19 mm.
 BULGES = {(0, 0), (0, 1), (0, 2), *((1, line) for line in range(10))}
