@@ -22,7 +22,7 @@ def python_folders(root: Path) -> list[Path]:
     """Where our packages are imported from: sources, their metadata, generated messages."""
     install = root / 'install'
     return [
-        *(root / package for package in PYTHON_PACKAGES),
+        *(root / package for package in (*PYTHON_PACKAGES, 'test')),
         *(root / 'build' / package for package in PYTHON_PACKAGES),
         *sorted(install.glob('lib/python3*/site-packages')),
         *sorted(install.glob('local/lib/python3*/dist-packages')),

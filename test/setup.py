@@ -1,6 +1,6 @@
-"""Makes the system tests a package, so that `colcon test` runs them; nothing is installed."""
+"""Makes the system tests a package, so that `colcon test` runs them."""
 
-from setuptools import setup
+from setuptools import find_namespace_packages, setup
 
 PACKAGE = 'bpc_system_tests'
 
@@ -12,8 +12,7 @@ setup(
     maintainer_email='bpc@localhost.invalid',
     license='Apache-2.0',
     python_requires='>=3.10',
-    packages=[],
-    py_modules=[],
+    packages=find_namespace_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

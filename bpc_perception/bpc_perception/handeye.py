@@ -31,11 +31,14 @@ def load_hand_eye(path: str | Path) -> HandEye:
             size = path.stat().st_size
             raise HandEyeError(f'{path}: expected a calibration, found {size} bytes')
         content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except HandEyeError:
+        raise
+    # PyYAML lets ValueError through for dates such as 2024-99-99, and RecursionError.
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
         problem = str(error).splitlines()[0]
         raise HandEyeError(f'{path}: expected a readable YAML file, found: {problem}') from error
     mount = _entry(content, 'parameters', 'calibration_type', path)
-    if mount not in MOUNTS:
+    if not isinstance(mount, str) or mount not in MOUNTS:
         raise HandEyeError(f'{path}: expected calibration_type {" or ".join(MOUNTS)}, '
                            f'found {mount!r}')
     translation = _entry(content, 'transform', 'translation', path)

@@ -86,7 +86,7 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     distance = float(np.median(transform(T_camera_base, foot)[:, 2]))
     pixel = distance / capture.camera.focal_length
     count = int(np.ceil(config.reach / (STEP * pixel)))
-    offset: Array = np.arange(-count, count + 1) * (STEP * pixel)
+    offset = np.linspace(-count, count, 2 * count + 1) * (STEP * pixel)
     places = foot[:, None] + offset[:, None] * lateral[:, None]
     uv = capture.camera.pixels(transform(T_camera_base, places.reshape(-1, 3)))
     inside = np.isfinite(uv.sum(axis=1)) & capture.camera.contains(uv)
