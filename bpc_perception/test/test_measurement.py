@@ -1,0 +1,225 @@
+"""A drawn band, measured: thickness within a pixel, and a reason wherever there is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from bpc_perception.core.capture import Capture
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Array, transform
+from bpc_perception.core.measurement import measure, MeasurementError
+from bpc_perception.core.path import DepositionPath
+from bpc_perception.core.profile import Status, ThicknessProfile
+import numpy as np
+from perception_builders import (
+    band_image,
+    BED,
+    bed,
+    capture_of,
+    DOWN,
+    INK,
+    PIXEL,
+    pixel_path,
+    pose,
+    SECOND,
+    START_NS,
+    surface,
+)
+import pytest
+
+CONFIG = ThicknessConfig(method='paper')
+LATER = START_NS + 60 * SECOND
+ROWS, MIDDLE = (50, 60), 55  # eleven pixels of ink
+WIDTH_TRUE = 11 * PIXEL
+START_U, END_U = 40, 120
+PATH = pixel_path((START_U, MIDDLE), (END_U, MIDDLE), 81)  # a point on every pixel
+
+
+def columns(path: DepositionPath) -> Array:
+    """The image column of each path point."""
+    return np.rint(path.points[:, 0] / PIXEL + 79.5)
+
+
+def measured(capture: Capture, path: DepositionPath = PATH, T_base_camera: Array = DOWN,
+             config: ThicknessConfig = CONFIG) -> ThicknessProfile:
+    return measure(capture, path, T_base_camera, config, number=5)
+
+
+def assert_only_measured_and_gap_have_numbers(profile: ThicknessProfile) -> None:
+    known = profile.status == Status.MEASURED
+    gap = profile.status == Status.GAP
+    assert np.isfinite(profile.thickness[known]).all()
+    assert (profile.thickness[gap] == 0).all()
+    assert np.isnan(profile.thickness[~known & ~gap]).all()
+    for values in (profile.sigma, profile.left, profile.right):
+        np.testing.assert_array_equal(np.isfinite(values), known)
+    for points in (profile.left_points, profile.right_points):
+        np.testing.assert_array_equal(np.isfinite(points).all(axis=1), known)
+
+
+def test_a_band_is_measured_within_a_pixel() -> None:
+    profile = measured(capture_of(band_image(), LATER))
+    assert (profile.status == Status.MEASURED).all()
+    np.testing.assert_allclose(profile.thickness, WIDTH_TRUE, atol=1.01 * PIXEL)
+    np.testing.assert_allclose(profile.left, WIDTH_TRUE / 2, atol=0.51 * PIXEL)
+    np.testing.assert_allclose(profile.right, WIDTH_TRUE / 2, atol=0.51 * PIXEL)
+    assert_only_measured_and_gap_have_numbers(profile)
+
+
+def test_side_points_lie_on_either_side_at_right_angles() -> None:
+    profile = measured(capture_of(band_image(), LATER))
+    # Along +x, left is +y.
+    np.testing.assert_allclose(profile.left_points[:, 1] - profile.points[:, 1], profile.left,
+                               atol=1e-6)
+    np.testing.assert_allclose(profile.points[:, 1] - profile.right_points[:, 1], profile.right,
+                               atol=1e-6)
+    np.testing.assert_allclose(profile.left_points[:, 0], profile.points[:, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize('offset', [-3, 3])
+def test_left_less_right_is_twice_the_offset_of_the_deposit(offset: int) -> None:
+    path = pixel_path((START_U, MIDDLE + offset), (END_U, MIDDLE + offset), 81)
+    profile = measured(capture_of(band_image(), LATER), path)
+    # Rows grow downwards, so the deposit lies to the left of a path below its middle.
+    np.testing.assert_allclose(profile.left - profile.right, 2 * offset * PIXEL, atol=1.01 * PIXEL)
+
+
+def test_a_tilted_base_frame_gives_the_same_thickness() -> None:
+    capture = capture_of(band_image(), LATER)
+    T = pose((0.5, -0.2, 0.1), (40, 10, -15))
+    tilted = measured(capture, replace(PATH, points=transform(T, PATH.points)), T @ DOWN)
+    plain = measured(capture)
+    np.testing.assert_allclose(tilted.thickness, plain.thickness, atol=1e-7)
+    np.testing.assert_allclose(tilted.left_points, transform(T, plain.left_points), atol=1e-7)
+
+
+def test_a_path_above_the_bed_is_measured_on_the_bed() -> None:
+    above = replace(PATH, points=PATH.points + np.array((0, 0, 1e-3)))
+    profile = measured(capture_of(band_image(), LATER), above)
+    np.testing.assert_allclose(profile.thickness, WIDTH_TRUE, atol=1.01 * PIXEL)
+    np.testing.assert_allclose(profile.left_points[:, 2], 0, atol=1e-6)
+
+
+def test_sigma_is_that_of_two_pixel_edges() -> None:
+    profile = measured(capture_of(band_image(), LATER))
+    # Two edges, each spread evenly over a pixel; points off the axis are a little farther.
+    np.testing.assert_allclose(profile.sigma, PIXEL * np.sqrt(2 / 12), rtol=2e-3)
+
+
+def test_bed_without_ink_is_a_gap() -> None:
+    image = band_image()
+    image[:, 70:86] = BED
+    profile = measured(capture_of(image, LATER))
+    u = columns(PATH)
+    assert (profile.status[(u >= 72) & (u <= 83)] == Status.GAP).all()
+    assert (profile.status[(u <= 68) | (u >= 87)] == Status.MEASURED).all()
+    assert profile.summary.gap_count == 1
+    assert profile.summary.gap_length == pytest.approx(16 * PIXEL, abs=2.01 * PIXEL)
+    assert_only_measured_and_gap_have_numbers(profile)
+
+
+def test_an_empty_bed_is_all_gap() -> None:
+    profile = measured(capture_of(bed(), LATER))
+    assert (profile.status == Status.GAP).all()
+    assert_only_measured_and_gap_have_numbers(profile)
+
+
+def test_nothing_is_known_outside_the_image() -> None:
+    path = pixel_path((100, MIDDLE), (200, MIDDLE), 101)
+    profile = measured(capture_of(band_image(columns=(30, 140)), LATER), path)
+    u = columns(path)
+    assert (profile.status[u > 159] == Status.NO_DATA).all()
+    assert (profile.status[u < 138] == Status.MEASURED).all()
+    assert_only_measured_and_gap_have_numbers(profile)
+
+
+@pytest.mark.parametrize('image', [band_image(), bed()], ids=['ink', 'bed'])
+def test_nothing_is_known_without_depth(image: np.ndarray) -> None:
+    capture = capture_of(image, LATER)
+    capture.cloud[:, 70:91] = np.nan
+    profile = measured(capture)
+    u = columns(PATH)
+    assert (profile.status[(u >= 73) & (u <= 87)] == Status.NO_DATA).all()
+    assert (profile.status[(u < 68) | (u > 92)] != Status.NO_DATA).all()
+    assert_only_measured_and_gap_have_numbers(profile)
+
+
+def test_a_single_missing_point_does_no_harm() -> None:
+    capture = capture_of(band_image(), LATER)
+    capture.cloud[MIDDLE, 80] = np.nan
+    assert (measured(capture).status == Status.MEASURED).all()
+
+
+@pytest.mark.parametrize('image', [band_image(), bed()], ids=['ink', 'bed'])
+def test_what_stands_in_front_occludes(image: np.ndarray) -> None:
+    image = image.copy()
+    image[:80, 78:83] = 90
+    capture = capture_of(image, LATER)
+    capture.cloud[:80, 78:83, 2] -= 0.03
+    profile = measured(capture)
+    u = columns(PATH)
+    assert (profile.status[(u >= 78) & (u <= 82)] == Status.OCCLUDED).all()
+    assert_only_measured_and_gap_have_numbers(profile)
+    # A wrong number is worse than none: beside it either the truth or nothing.
+    numbers = profile.thickness[profile.status == Status.MEASURED]
+    np.testing.assert_allclose(numbers, WIDTH_TRUE, atol=1.01 * PIXEL)
+
+
+def test_where_the_nozzle_was_lifted_there_is_no_sample() -> None:
+    lifted = PATH.points.copy()
+    lifted[:20, 2] = 0.05
+    profile = measured(capture_of(band_image(), LATER), replace(PATH, points=lifted))
+    assert 60 <= len(profile) <= 61
+    np.testing.assert_array_equal(profile.points, lifted[-len(profile):])
+    for values in (profile.thickness, profile.left_points, profile.extruding, profile.status):
+        assert len(values) == len(profile)
+
+
+def test_only_what_was_laid_before_the_capture_is_measured() -> None:
+    # A point each 0.2 mm at 10 mm/s: 0.02 s.
+    profile = measured(capture_of(band_image(), START_NS + 1_005_000_000))
+    assert len(profile) == 51
+    np.testing.assert_array_equal(profile.time, PATH.time[:51])
+
+
+def test_a_profile_tells_where_it_comes_from() -> None:
+    path = replace(PATH, extruding=np.arange(81) % 2 == 0)
+    profile = measured(capture_of(band_image(), LATER), path)
+    assert (profile.stamp_ns, profile.print_id, profile.print_start_ns, profile.capture,
+            profile.method) == (LATER, 'print', START_NS, 5, 'paper')
+    np.testing.assert_array_equal(profile.arc_length, PATH.arc_length)
+    np.testing.assert_array_equal(profile.extruding, path.extruding)
+    assert profile.processing_time > 0
+
+
+@pytest.mark.parametrize('stamp_ns', [START_NS - 1, START_NS])
+def test_fewer_than_two_points_are_refused(stamp_ns: int) -> None:
+    with pytest.raises(MeasurementError, match=r'^path: expected 2 points or more .*found [01]$'):
+        measured(capture_of(band_image(), stamp_ns))
+
+
+@pytest.mark.parametrize('points', [surface(np.linspace((400, 10), (500, 10), 20)),
+                                    np.linspace((0, 0, 0.7), (0.01, 0, 0.7), 20)],
+                         ids=['beside the image', 'behind the camera'])
+def test_a_path_that_the_camera_does_not_see_is_refused(points: Array) -> None:
+    with pytest.raises(MeasurementError, match=r'^cloud: expected points around the path'):
+        measured(capture_of(band_image(), LATER),
+                 replace(PATH.until(START_NS + 380_000_000), points=points))
+
+
+def test_a_capture_without_any_depth_is_refused() -> None:
+    capture = capture_of(band_image(), LATER)
+    capture.cloud[:] = np.nan
+    with pytest.raises(MeasurementError, match=r'^cloud: expected '):
+        measured(capture)
+
+
+def test_a_cut_is_at_right_angles_to_a_slanted_strand() -> None:
+    # A strand at 45 degrees, 20 rows high: 20 / sqrt(2) pixels wide.
+    v, u = np.mgrid[0:120, 0:160]
+    image = bed()
+    image[(np.abs((v - 60) - (u - 80)) <= 10) & (np.abs(u - 80) < 45)] = INK
+    path = pixel_path((60, 40), (100, 80), 41)
+    profile = measured(capture_of(image, LATER), path)
+    assert (profile.status == Status.MEASURED).all()
+    np.testing.assert_allclose(profile.thickness, 21 / np.sqrt(2) * PIXEL, atol=1.01 * PIXEL)
