@@ -136,7 +136,10 @@ def capture_from_messages(image: Image, info: CameraInfo, cloud: PointCloud2) ->
 
 
 def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud2]:
-    """A capture as the messages of the vendor's node: rgba8, plumb_bob, 16 bytes a point."""
+    """A capture as the messages of the vendor's node: rgba8, 16 bytes a point.
+
+    The distortion is plumb_bob as there, unless it has the eight terms of rational_polynomial.
+    """
     header = Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id)
     height, width = capture.image.shape[:2]
     rgba = np.full((height, width, 4), 255, np.uint8)
@@ -147,10 +150,11 @@ def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud
     points[..., 3] = np.ascontiguousarray(rgba[..., (2, 1, 0, 3)]).view(np.float32)[..., 0]
     K, camera = capture.camera.K, capture.camera
     P = np.column_stack((K, np.zeros(3)))
+    model = 'rational_polynomial' if len(camera.distortion) == 8 else 'plumb_bob'
     return (
         Image(header=header, height=height, width=width, encoding='rgba8', step=4 * width,
               data=array('B', rgba.tobytes())),
-        CameraInfo(header=header, height=height, width=width, distortion_model='plumb_bob',
+        CameraInfo(header=header, height=height, width=width, distortion_model=model,
                    d=camera.distortion.tolist(), k=K.ravel(), r=np.eye(3).ravel(), p=P.ravel()),
         PointCloud2(
             header=header, height=height, width=width, point_step=16, row_step=16 * width,
@@ -199,15 +203,16 @@ def path_from_message(message: DepositionPathMsg) -> DepositionPath:
     """A path from its message."""
     names = ('time', 'arc_length', 'x', 'y', 'z', 'plunger_velocity', 'flow_rate', 'extruding')
     _check_lengths('deposition_path', message, names)
-    time = np.array(message.time)
+    time, arc_length = np.array(message.time), np.array(message.arc_length)
     points = _points(message, '')
-    if not (np.isfinite(points).all() and np.isfinite(time).all() and (np.diff(time) > 0).all()):
-        raise ConversionError('deposition_path: expected finite points and increasing times, '
-                              'found others')
+    if not (np.isfinite(points).all() and np.isfinite(time).all() and (np.diff(time) > 0).all()
+            and np.isfinite(arc_length).all() and (np.diff(arc_length) >= 0).all()):
+        raise ConversionError('deposition_path: expected finite points, and times and arc lengths '
+                              'that increase, found others')
     return DepositionPath(
         print_id=message.print_id, start_ns=stamp_to_ns(message.header.stamp),
         complete_until=message.complete_until, finished=bool(message.finished), time=time,
-        arc_length=np.array(message.arc_length), points=points,
+        arc_length=arc_length, points=points,
         plunger_velocity=np.array(message.plunger_velocity),
         flow_rate=np.array(message.flow_rate), extruding=np.array(message.extruding, bool))
 
@@ -273,6 +278,9 @@ def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:
 
 def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
     """Advice from its message."""
+    if message.reason not in list(Reason):
+        raise ConversionError(f'rate_advice: expected a reason up to {max(Reason)}, '
+                              f'found {message.reason}')
     return RateAdvice(
         stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
         valid=bool(message.valid), reason=Reason(message.reason),
