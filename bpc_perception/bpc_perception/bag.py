@@ -8,6 +8,7 @@ are read with ``rosbags``.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 import logging
@@ -16,13 +17,11 @@ from types import TracebackType
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
-from mcap.exceptions import McapError
 from mcap.reader import make_reader, NonSeekingReader, Summary
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.rosbag2 import Reader as SqliteReader
-from rosbags.rosbag2 import ReaderError
 import yaml
 
 logger = logging.getLogger(__name__)
@@ -165,9 +164,13 @@ def message_definition(type_name: str) -> str:
         name = pending.pop(0)
         if name in texts:
             continue
-        package, short = name.split('/')
-        source = Path(get_package_share_directory(package)) / 'msg' / f'{short}.msg'
-        texts[name] = source.read_text(encoding='utf-8')
+        try:
+            package, short = name.split('/')
+            source = Path(get_package_share_directory(package)) / 'msg' / f'{short}.msg'
+            texts[name] = source.read_text(encoding='utf-8')
+        except (ValueError, LookupError, OSError) as error:
+            raise BagError(f'message type: expected one that is installed, '
+                           f'found {type_name}') from error
         for line in texts[name].splitlines():
             field = line.split('#')[0].split()
             base = field[0].split('[')[0] if len(field) >= 2 else ''
@@ -186,8 +189,8 @@ def _storage_files(path: Path) -> list[Path]:
         return [path]
     if not path.exists():
         raise BagError(f'{path}: expected a bag, found nothing there')
-    found = [*path.glob('*.mcap'), *path.glob('*.db3')] if path.is_dir() else []
-    files = sorted(found, key=lambda file: (len(file.name), file.name))  # _2 before _10
+    files = sorted(path.glob('*.mcap'), key=lambda file: (len(file.name), file.name))  # 2, 10
+    files += sorted(path.glob('*.db3'))[:1]  # one is read with all others of its bag
     if not files:
         raise BagError(f'{path}: expected a rosbag2 folder or an .mcap or .db3 file, '
                        'found neither')
@@ -212,13 +215,14 @@ def _mcap_summary(file: Path) -> Summary | None:
     try:
         with file.open('rb') as stream:
             return make_reader(stream).get_summary()
-    except (McapError, ValueError, EOFError, AssertionError):
+    except Exception:  # as in _mcap_messages
         return None
 
 
 def _mcap_topics(file: Path) -> dict[str, str]:
     summary = _mcap_summary(file)
-    if summary is not None and summary.channels:
+    if summary is not None and summary.channels and all(
+            channel.schema_id in summary.schemas for channel in summary.channels.values()):
         return {channel.topic: summary.schemas[channel.schema_id].name
                 for channel in summary.channels.values()}
     topics = {topic: kind for topic, kind, _, _ in _mcap_messages(file, None)}
@@ -237,7 +241,9 @@ def _mcap_messages(file: Path,
                     topics=topics, log_time_order=False):
                 if schema is not None:
                     yield channel.topic, schema.name, message.log_time, message.data
-        except (McapError, ValueError, EOFError, OverflowError) as error:
+        # On damaged bytes the reader lets through what its parts raise: struct.error, MemoryError,
+        # UnicodeDecodeError, KeyError, the decompressors' own and more.
+        except Exception as error:
             logger.warning('%s: torn, read up to the damage (%s)', file, type(error).__name__)
 
 
@@ -253,9 +259,11 @@ def _sqlite_messages(file: Path, topics: set[str]) -> Iterator[tuple[str, str, i
             yield connection.topic, connection.msgtype, log_ns, bytes(data)
 
 
-def _open_sqlite(file: Path) -> SqliteReader:
+@contextmanager
+def _open_sqlite(file: Path) -> Iterator[SqliteReader]:
     try:
-        return SqliteReader(file.parent)
-    except (ReaderError, OSError) as error:
+        with SqliteReader(file.parent) as reader:
+            yield reader
+    except Exception as error:  # the reader's own, or those of its database
         raise BagError(f'{file.parent}: expected a complete sqlite3 bag with its metadata.yaml, '
                        f'found: {error}') from error
