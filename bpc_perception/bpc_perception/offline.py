@@ -66,4 +66,6 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
             if not assembled and (path := tracker.path()) is not None:
                 session.set_path(path)
             yield from session.results()
+    for problem in pairer.give_up(before_ns=1):  # nothing more will come
+        logger.warning('%s', problem)
     yield from session.results(finish=True)

@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import logging
 import sys
+from typing import Any, NoReturn
 
 import typer
 
 from bpc_perception.cli import live, measure, record, replay, sim, study, testing
 
 REFUSED = 2
+INTERRUPTED = 130
+# Of Click, which newer versions of Typer bring along under a name of their own.
+UsageError: Any = typer.BadParameter.__base__
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+app = typer.Typer(add_completion=False, rich_markup_mode=None,
                   pretty_exceptions_enable=False,
                   help='Live thickness feedback for robotic bioprinting.')
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
@@ -24,11 +28,37 @@ for name, command in (('demo', replay.demo), ('test', testing.run_tests),
     app.command(name)(command)
 
 
+class HeldWarnings(logging.Handler):
+    """Keeps each warning once for the end: only then is it known what came of it."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.texts: dict[str, None] = {}
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep the message."""
+        self.texts[record.getMessage()] = None
+
+
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
-    logging.basicConfig(level=logging.WARNING, format='%(message)s')
+    warnings = HeldWarnings()
+    logging.getLogger().addHandler(warnings)
     try:
-        app(prog_name='bpc')
+        status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)
+    except UsageError as error:
+        command = error.ctx.command_path if error.ctx else 'bpc'
+        refuse(f'{command}: {error.format_message()} ({command} --help says more)')
     except (ValueError, OSError) as error:
-        print(f'bpc: {error}', file=sys.stderr)
-        sys.exit(REFUSED)
+        refuse(f'bpc: {error}' + ''.join(f'; {text}' for text in warnings.texts))
+    except typer.Abort:  # Ctrl-C
+        sys.exit(INTERRUPTED)
+    for text in warnings.texts:
+        print(f'bpc: {text}', file=sys.stderr)
+    sys.exit(status)
+
+
+def refuse(reason: str) -> NoReturn:
+    """End with this reason as one line."""
+    print(' '.join(reason.splitlines()), file=sys.stderr)
+    sys.exit(REFUSED)

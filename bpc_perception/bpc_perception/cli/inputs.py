@@ -35,6 +35,14 @@ class Inputs:
         return Provenance(str(self.bag.path), str(self.hand_eye_file), settings, versions())
 
 
+def check_out(folder: Path) -> None:
+    """Raise ValueError unless outputs can go to this folder, made if missing."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise ValueError(f'{folder}: expected a folder for the outputs, '
+                         f'found that {existing} is a file')
+
+
 def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
     """Open a recording; its calibration and parameters lie beside it unless named.
 

@@ -24,6 +24,7 @@ def measure(
         '--all', help='Write the outputs of every capture, each into its own folder.')] = False,
 ) -> None:
     """Measure a recorded print; the same result as a live run, to the last digit."""
+    inputs.check_out(out)
     given = inputs.load(bag, hand_eye, parameters)
     table = ResultTable()
     results = []

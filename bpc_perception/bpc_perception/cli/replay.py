@@ -12,6 +12,7 @@ from bpc_perception.cli import inputs
 from bpc_perception.cli.monitor import Monitor, monitoring
 from bpc_perception.cli.options import BagArgument, HandEyeOption, OutOption, ParametersOption
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.session import Result
 from bpc_perception.offline import measure_bag
 from bpc_perception.outputs import write_outputs
@@ -39,6 +40,8 @@ def replay(
     loop: Annotated[bool, typer.Option(help='Again and again, until Ctrl-C.')] = False,
 ) -> None:
     """Replay a recording through the nodes, over topics, with /clock."""
+    inputs.check_out(out)
+    PlayerConfig(rate=rate)
     given = inputs.load(bag, hand_eye, parameters)
     recorded = [capture for _, capture in captures(given.bag)]
     if not recorded:

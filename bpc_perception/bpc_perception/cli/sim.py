@@ -12,6 +12,7 @@ import yaml
 
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.core.config import AdviceConfig, CameraConfig
 
 START_DELAY = 3.0  # until all nodes have found each other [s]
 
@@ -31,8 +32,10 @@ def sim(
     from bpc_sim.sample import record as record_print
 
     config = SimConfig(scenario=scenario, speed=speed * 1e-3)
-    if rate <= 0:
-        raise ValueError(f'rate: expected more than 0, found {rate}')
+    CameraConfig(rate=rate)
+    AdviceConfig(target_thickness=target * 1e-3)
+    if rate == 0:
+        raise ValueError('rate: expected more than 0 Hz, found 0')
     job = config.job()
     if record is not None:
         record_print(job, record, 1 / rate, target * 1e-3)
@@ -60,4 +63,6 @@ def sim(
                 nodes.check()
                 return any(stamp > end_ns for stamp in monitor.advice)
 
-            monitor.spin_until(complete, START_DELAY + job.duration + 10 + 2 / rate)
+            if not monitor.spin_until(complete, START_DELAY + job.duration + 10 + 2 / rate):
+                raise ValueError('expected a profile after the end of the print, found none; '
+                                 f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')

@@ -22,6 +22,8 @@ def study(
 
     if name not in STUDIES:
         raise ValueError(f'study: expected one of {", ".join(STUDIES)}, found {name}')
+    if json_file is not None and not json_file.absolute().parent.is_dir():
+        raise ValueError(f'{json_file}: expected a file in a folder that exists, found none')
     title, rows = STUDIES[name]()
     table = Table(title=title)
     for column in rows[0]:

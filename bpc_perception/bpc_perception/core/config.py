@@ -158,6 +158,11 @@ class CrossSectionConfig(Config):
         'How far from the path an edge is looked for', 'm', 0.0002, 0.05)] = 0.004
     tangent_length: Annotated[float, Parameter(
         'Length of path over which its direction is taken', 'm', 1e-5, 0.02)] = 0.001
+    obstacle_height: Annotated[float, Parameter(
+        'What stands this far above the bed hides it, as the nozzle does', 'm',
+        0.0005, 1)] = 0.004
+    obstacle_margin: Annotated[float, Parameter(
+        'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3.0
     edge_sigma: Annotated[float, Parameter(
         'Uncertainty of a width that does not come from noise', 'pixels', 0, 2)] = 0.05
     maximum_noise: Annotated[float, Parameter(

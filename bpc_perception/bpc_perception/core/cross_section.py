@@ -1,210 +1,252 @@
 """Thickness from the image across the path: the default method.
 
-A line is laid on the bed across each path point, and the image is read along it. Where the grey
-level passes half-way between ink and bed, there is the edge, to a fraction of a pixel. The path
-says which boundary is meant: the first that is met on either side, going outwards from it.
+The image is read along a line across each path point. Where it passes half-way from ink to what
+lies beside it, there is the edge, to a fraction of a pixel. Which edge is meant the path says: the
+first on either side, going outwards from it. What ink and bed look like is taken from the
+image itself, near each point: ink lies along the path, bed far from all of it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
+from scipy.integrate import trapezoid
+from scipy.spatial import cKDTree
 
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CrossSectionConfig
-from bpc_perception.core.geometry import Array, invert, Plane, transform
+from bpc_perception.core.geometry import Array, Plane
 from bpc_perception.core.profile import Status
-from bpc_perception.core.surface import Mask, near, StatusArray
+from bpc_perception.core.sections import (
+    Flags,
+    lay_sections,
+    masked_median,
+    running_median,
+    Sections,
+    STEP,
+)
+from bpc_perception.core.surface import StatusArray
 from bpc_perception.core.thickness import SidePoints
 
-Floats = NDArray[np.float32]
-Mask2 = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
-STEP = 0.5  # between samples of a section [pixels]
-SETTLED = 2.0  # an edge is one when the bed is seen for so long behind it [pixels]
+SETTLED = 2.0  # behind an edge the bed must be seen for so long [pixels]
+PLATEAU = (1.5, 3.5)  # from the edge to where its two levels are read [pixels]
+RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
+BRIGHT = 5.0  # brighter than the bed by so many sigma is no bed but glare
 
 
 @dataclass(frozen=True)
-class Sections:
-    """Lines on the bed across N path points, M samples each, from right to left.
+class Light:
+    """What ink and bed look like at N sections.
 
     Attributes:
-        foot: (N, 3) path points on the bed [m].
-        lateral: (N, 3) unit vectors to the left of the direction of travel.
-        offset: (M,) distances from the path, positive to the left [m].
-        pixel: length of a pixel's side on the bed [m].
-        uv: (N, M, 2) pixels of the samples.
-        visible: (N, M) whether a sample is in the image and not hidden.
-        colour: (N, M, 3) RGB.
+        bed: (2, N, 3) colours of the bed to the right and to the left.
+        weight: (N, 3) how to weigh colour channels, so that a step from bed to ink is 1.
+        noise: (N,) 1-sigma noise of a colour so weighed; large = ink is not told from bed.
+        brightness_noise: 1-sigma noise of the bed's mean of red, green and blue.
     """
 
-    foot: Array
-    lateral: Array
-    offset: Array
-    pixel: float
-    uv: Array
-    visible: Mask2
-    colour: Floats
+    bed: Array
+    weight: Array
+    noise: Array
+    brightness_noise: float
+
+
+@dataclass(frozen=True)
+class Edges:
+    """First edges outward from N path points on one side.
+
+    Attributes:
+        distance: (N,) from the path [m]; NaN = none found.
+        sigma: (N,) its 1-sigma uncertainty from noise [m].
+        hidden, outside: (N,) whether an obstacle or the image's border comes first.
+    """
+
+    distance: Array
+    sigma: Array
+    hidden: Flags
+    outside: Flags
 
 
 def measure_cross_sections(
-    capture: Capture, points: Array, T_base_camera: Array, bed: Plane, obstacle: Mask,
+    capture: Capture, points: Array, extruding: Flags, T_base_camera: Array, bed: Plane,
     config: CrossSectionConfig,
 ) -> tuple[SidePoints, StatusArray, Array]:
     """Side points, status (N,) and sigma (N,) of path points (N, 3)."""
-    sections = lay_sections(capture, points, T_base_camera, bed, obstacle, config)
-    ink, noise = ink_share(sections)
-    centre = np.abs(sections.offset) <= sections.pixel
-    inner = ink[:, centre].mean(axis=1)  # NaN where hidden
-    # Next to the end of a run the blur of the camera leaves less than full ink.
-    level = np.clip(inner, 0.5, 1.0) / 2
-    left, left_sigma = outward_edge(sections, ink, level, noise, towards_left=True)
-    right, right_sigma = outward_edge(sections, ink, level, noise, towards_left=False)
+    sections = lay_sections(capture, points, T_base_camera, bed, config)
+    light = find_light(sections, extruding)
+    ink = ink_share(sections, light)
+    right, left = (find_edges(sections, light, ink, side) for side in (0, 1))
+    width = left.distance + right.distance
 
+    centre = ink[:, np.abs(sections.offset) <= sections.pixel].mean(axis=1)
     status = np.full(len(points), Status.LOW_CONFIDENCE, np.uint8)
-    status[np.isfinite(left + right) & (inner >= 0.5)] = Status.MEASURED
-    status[(inner < 0.5) & (np.abs(inner) < 0.5)] = Status.GAP
-    if noise > config.maximum_noise:
-        status[:] = Status.LOW_CONFIDENCE
-    sigma = np.hypot(np.hypot(left_sigma, right_sigma), config.edge_sigma * sections.pixel)
-    sides = SidePoints(sections.foot + left[:, None] * sections.lateral,
-                       sections.foot - right[:, None] * sections.lateral, left, right)
+    status[(centre >= 0.5 + RIM) & np.isfinite(width)] = Status.MEASURED
+    status[np.abs(centre) <= 0.5 - RIM] = Status.GAP
+    inked = centre >= 0.5 + RIM
+    status[inked & (left.outside | right.outside)] = Status.NO_DATA
+    status[inked & (left.hidden | right.hidden)] = Status.OCCLUDED
+    status[light.noise > config.maximum_noise] = Status.LOW_CONFIDENCE
+    crossing = meets_itself(sections, np.where(status == Status.MEASURED, width, np.nan), inked)
+    status[crossing & inked] = Status.JUNCTION
+    middle = len(sections.offset) // 2
+    status[~sections.inside[:, middle] | ~sections.depth] = Status.NO_DATA
+    status[sections.hidden[:, middle]] = Status.OCCLUDED
+
+    sigma = np.hypot(np.hypot(left.sigma, right.sigma), config.edge_sigma * sections.pixel)
+    sides = SidePoints(sections.foot + left.distance[:, None] * sections.lateral,
+                       sections.foot - right.distance[:, None] * sections.lateral,
+                       left.distance, right.distance)
     return sides, status, sigma
 
 
-def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Plane,
-                 obstacle: Mask, config: CrossSectionConfig) -> Sections:
-    """Lines across the path on the bed, and what the image shows along them."""
-    foot = bed.project(points)
-    direction = smoothed_tangents(foot, config.tangent_length)
-    lateral = np.cross(bed.normal, direction)
-    T_camera_base = invert(T_base_camera)
-    distance = float(np.median(transform(T_camera_base, foot)[:, 2]))
-    pixel = distance / capture.camera.focal_length
-    count = int(np.ceil(config.reach / (STEP * pixel)))
-    offset = np.linspace(-count, count, 2 * count + 1) * (STEP * pixel)
-    places = foot[:, None] + offset[:, None] * lateral[:, None]
-    uv = capture.camera.pixels(transform(T_camera_base, places.reshape(-1, 3)))
-    inside = np.isfinite(uv.sum(axis=1)) & capture.camera.contains(uv)
-    column, row = np.rint(np.where(inside[:, None], uv, 0.0)).astype(np.intp).T
-    visible = inside & (near(obstacle, 1)[row, column] == 0)
-    shape = (len(points), len(offset))
-    uv = uv.reshape(*shape, 2)
-    return Sections(foot, lateral, offset, pixel, uv, visible.reshape(shape),
-                    sample_image(capture.image, uv))
+def find_light(sections: Sections, extruding: Flags) -> Light:
+    """What ink and bed look like along the path."""
+    coarse = slice(None, None, 4)
+    colour = sections.colour[:, coarse].astype(np.float64)
+    visible = sections.visible[:, coarse]
+    beside = sections.beside[:, coarse] & visible
+    is_left = sections.offset[coarse] > 0
+    right, left = (sections.steady(masked_median(colour, beside & side))
+                   for side in (~is_left, is_left))
+    bed = np.stack((np.where(np.isfinite(right), right, left),
+                    np.where(np.isfinite(left), left, right)))
+    around_bed = colour - np.where(is_left[:, None], bed[1][:, None], bed[0][:, None])
+    bed_spread = _robust_covariance(around_bed[beside])
 
+    middle = np.abs(sections.offset) <= sections.pixel
+    centre = sections.colour[:, middle].mean(axis=1).astype(np.float64)
+    step = centre - bed.mean(axis=0)
+    step[~sections.visible[:, middle].all(axis=1)] = np.nan
+    contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
+    laid = np.isfinite(contrast) & (extruding if extruding.any() else True)
+    if not laid.any():
+        return Light(bed, np.zeros_like(step), np.full(len(step), np.inf), np.inf)
+    typical = np.median(step[laid & (contrast >= np.median(contrast[laid]))], axis=0)
 
-def sample_image(image: NDArray[np.uint8], uv: Array) -> Floats:
-    """RGB (N, M, 3) between pixels of an image (H, W, 3) at uv (N, M, 2), bilinear."""
-    u, v = (uv[..., axis].astype(np.float32) for axis in (0, 1))
-    blocks = np.array_split(np.arange(len(uv)), 1 + len(uv) // 30000)  # OpenCV's largest side
-    floating = image.astype(np.float32)
-    return np.concatenate([
-        np.asarray(cv2.remap(floating, u[block], v[block], cv2.INTER_LINEAR,
-                             borderMode=cv2.BORDER_REPLICATE), np.float32)
-        for block in blocks if len(block)])
-
-
-def smoothed_tangents(foot: Array, length: float) -> Array:
-    """Unit tangents (N, 3) over about ``length`` [m] of the path (N, 3) around each point."""
-    spacing = float(np.median(np.linalg.norm(np.diff(foot, axis=0), axis=1)))
-    reach = int(np.clip(round(length / 2 / max(spacing, 1e-9)), 1, max(len(foot) - 1, 1)))
-    index = np.arange(len(foot))
-    ahead, behind = np.minimum(index + reach, len(foot) - 1), np.maximum(index - reach, 0)
-    # As far back as ahead near the ends as well, but where there is only one side.
-    reach_here = np.minimum(ahead - index, index - behind)
-    both = reach_here > 0
-    ahead = np.where(both, index + reach_here, ahead)
-    behind = np.where(both, index - reach_here, behind)
-    step = foot[ahead] - foot[behind]
-    return step / np.linalg.norm(step, axis=1, keepdims=True)
-
-
-def ink_share(sections: Sections) -> tuple[Array, float]:
-    """How much of each sample (N, M) is ink, 0 = bed to 1 = ink, and its noise (1 sigma).
-
-    The colours of ink and bed are told from the image: ink is what lies along the path, bed what
-    lies beside it. Both may change along the path, as the light does.
-    """
-    ink_colour, bed_colour, spread = two_colours(sections)
-    direction = np.linalg.solve(spread, ink_colour - bed_colour)
-    direction /= direction @ (ink_colour - bed_colour)
-    share = (sections.colour - bed_colour) @ direction
-    share[~sections.visible] = np.nan
+    # Fisher's direction, twice: what varies within the ink, its shading, is seen only once it
+    # is known where ink is.
+    spread = bed_spread
     for _ in range(2):
-        bed = _along(share, (share < 0.25) & ~_grown(share > 0.4, 4), sections, 0.0)
-        full = _along(share, (share > 0.75) & ~_grown(share < 0.6, 4), sections, 1.0)
-        share = (share - bed[:, None]) / np.maximum(full - bed, 0.2)[:, None]
-    plain = share[(share < 0.25) & ~_grown(share > 0.4, 4)]
-    noise = 1.4826 * float(np.median(np.abs(plain))) if len(plain) else np.inf
-    return share, noise
+        towards = np.linalg.solve(spread, typical)
+        share = step @ towards / (typical @ towards)
+        local = sections.steady(np.where((share > 0.5)[:, None], step, np.nan))
+        weight = np.linalg.solve(spread, local.T).T
+        weight /= np.einsum('ni,ni->n', local, weight)[:, None]
+        inked = np.einsum('nmk,nk->nm', around_bed, weight) > 0.6
+        inner = inked & np.roll(inked, 1, axis=1) & np.roll(inked, -1, axis=1) & visible
+        within = (colour - centre[:, None])[inner & (share > 0.5)[:, None]]
+        spread = bed_spread + _robust_covariance(within)
+    noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
+    return Light(bed, weight, noise, float(np.sqrt(bed_spread.sum()) / 3))
 
 
-def two_colours(sections: Sections) -> tuple[Array, Array, Array]:
-    """Mean colours (3,) of ink and bed, and the covariance (3, 3) around them."""
-    near_path = np.abs(sections.offset) <= 2 * sections.pixel
-    colours = sections.colour[sections.visible].astype(np.float64)
-    central = sections.colour[:, near_path][sections.visible[:, near_path]].astype(np.float64)
-    ink = np.median(central, axis=0)
-    distance = np.linalg.norm(colours - ink, axis=1)
-    bed = np.median(colours[distance >= np.percentile(distance, 90) / 2], axis=0)
-    for _ in range(6):
-        is_ink = (np.linalg.norm(colours - ink, axis=1) < np.linalg.norm(colours - bed, axis=1))
-        if is_ink.all() or not is_ink.any():
-            break
-        ink, bed = np.median(colours[is_ink], axis=0), np.median(colours[~is_ink], axis=0)
-    on_path = np.linalg.norm(central - ink, axis=1) < np.linalg.norm(central - bed, axis=1)
-    if on_path.mean() < is_ink.mean():  # what prevails along the path is the ink
-        ink, bed, is_ink = bed, ink, ~is_ink
-    spread = np.eye(3)
-    for mean, members in ((ink, colours[is_ink]), (bed, colours[~is_ink])):
-        around = members - mean
-        size = np.linalg.norm(around, axis=1)
-        core = around[size <= np.median(size)] if len(size) else around
-        if len(core) > 3:
-            spread += core.T @ core / len(core)
-    return ink, bed, spread
-
-
-def outward_edge(sections: Sections, ink: Array, level: Array, noise: float,
-                 towards_left: bool) -> tuple[Array, Array]:
-    """Distance (N,) from the path to the first edge on one side [m], and its sigma; NaN = none."""
+def ink_share(sections: Sections, light: Light) -> Array:
+    """How much of each sample (N, M) is ink: 0 = bed, 1 = ink; NaN where it is not seen."""
     middle = len(sections.offset) // 2
-    outward = ink[:, middle:] if towards_left else ink[:, middle::-1]
+    share = np.empty(sections.colour.shape[:2])
+    for side, part in ((0, slice(None, middle)), (1, slice(middle, None))):
+        share[:, part] = np.einsum(
+            'nmk,nk->nm', sections.colour[:, part] - light.bed[side][:, None], light.weight)
+    share[~sections.visible] = np.nan
+    return share
+
+
+def find_edges(sections: Sections, light: Light, ink: Array, side: int) -> Edges:
+    """The first edges outward on the right (0) or left (1) side."""
+    middle = len(sections.offset) // 2
+    outward = slice(middle, None) if side else slice(middle, None, -1)
+    share = ink[:, outward]
+    bright = (sections.colour[:, outward].mean(axis=2) - light.bed[side].mean(axis=1)[:, None]
+              > BRIGHT * light.brightness_noise)
+    # Ink darker than its bed may shine brighter than it; what is brighter than both is glare.
+    glare = bright & (light.weight.sum(axis=1) < 0)[:, None] & (share < 0.5)
+    outside = (share < 0.5) & ~glare
     run = round(SETTLED / STEP)
-    below = outward < level[:, None]  # False where hidden
-    settled = np.cumsum(below, axis=1)[:, run - 1:]
-    settled = settled - np.concatenate(
-        (np.zeros((len(settled), 1), int), np.cumsum(below, axis=1)[:, :-run]), axis=1) == run
+    total = np.pad(np.cumsum(outside, axis=1), ((0, 0), (1, 0)))
+    settled = total[:, run:] - total[:, :-run] == run
     first = np.argmax(settled, axis=1)
-    known = settled.any(axis=1) & (first > 0)
-    row, first = np.arange(len(first)), np.maximum(first, 1)
-    inner, outer = outward[row, first - 1], outward[row, first]
-    slope = inner - outer
-    known &= (inner >= level) & (slope > 0)
-    share = np.where(known, (inner - level) / np.where(known, slope, 1.0), np.nan)
+    found = settled.any(axis=1) & (first > 0)
+    row = np.arange(len(share))
+    limit = np.where(found, first, share.shape[1])
+    before = np.arange(share.shape[1]) < limit[:, None]
+    hidden = (sections.hidden[:, outward] & before).any(axis=1)
+    missing = (~sections.inside[:, outward] & before).any(axis=1)
+
+    position, slope = refine(share, np.maximum(first, 1))
     step = STEP * sections.pixel
-    return (first - 1 + share) * step, noise * step / np.where(known, slope, np.nan)
+    ok = found & ~hidden & ~missing & np.isfinite(position)
+    return Edges(np.where(ok, position * step, np.nan),
+                 np.where(ok, light.noise * step / slope, np.nan)[row], hidden, missing)
 
 
-def _along(share: Array, chosen: Mask2, sections: Sections, default: float) -> Array:
-    """Median (N,) of the chosen samples of each section, smoothed along the path."""
-    count = chosen.sum(axis=1)
-    values = np.where(chosen, share, np.nan)
-    known = np.flatnonzero(count >= 3)
-    if len(known) == 0:
-        return np.full(len(share), default)
-    each = np.interp(np.arange(len(share)), known, np.nanmedian(values[known], axis=1))
-    steps = np.linalg.norm(np.diff(sections.foot, axis=0), axis=1)
-    width = 2 * round(0.003 / max(float(np.median(steps)), 1e-6)) + 1
-    return np.asarray(median_filter(each, size=min(width, len(each)), mode='nearest'))
+def refine(share: Array, first: Index) -> tuple[Array, Array]:
+    """Where (N,) shares (N, K) pass half-way between the levels on either side, and how steeply.
+
+    Levels are read beside the edge itself, since light, shade and a camera's blur near the
+    end of a run change them from place to place. The half-way crossing is then moved to
+    where as much ink lies outside as bed inside, which holds for whole pixels as well. In samples
+    from the path; NaN = no edge.
+    """
+    near, far = (round(distance / STEP) for distance in PLATEAU)
+    row = np.arange(len(share))[:, None]
+
+    def read(index: Index) -> Array:
+        return share[row, np.clip(index, 0, share.shape[1] - 1)]
+
+    start = first[:, None]
+    inner = np.median(read(start - 1 + np.arange(-far, 1 - near)), axis=1)
+    outer = np.median(read(start + np.arange(near, far + 1)), axis=1)
+    scale = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer, np.nan)
+    index = start + np.arange(-near - 1, near + 1)
+    values = (read(index) - outer[:, None]) / scale[:, None] - 0.5
+    falls = (values[:, :-1] >= 0) & (values[:, 1:] < 0)
+    nearest = np.argmin(np.where(falls, np.abs(index[:, :-1] + 0.5 - start), np.inf), axis=1)
+    above, below = (values[row[:, 0], nearest + step] for step in (0, 1))
+    slope = np.where(falls.any(axis=1), above - below, np.nan)
+    crossing = index[row[:, 0], nearest] + above / slope
+
+    reach = np.linspace(-near, near, 4 * near + 1)
+    place = np.where(np.isfinite(crossing), crossing, 1.0)[:, None] + reach
+    base = np.floor(place).astype(np.intp)
+    part = place - base
+    values = (1 - part) * read(base) + part * read(base + 1)
+    values = (values - outer[:, None]) / scale[:, None] - 0.5
+    surplus = trapezoid(values, reach, axis=1)
+    shift = surplus / np.maximum(values[:, 0] - values[:, -1], 0.5)
+    return crossing + np.clip(shift, -1.0, 1.0), slope
 
 
-def _grown(mask: Mask2, reach: int) -> Mask2:
-    """The mask grown along each section by ``reach`` samples either way."""
-    kernel = np.ones((1, 2 * reach + 1), np.uint8)
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel)) > 0
+def meets_itself(sections: Sections, width: Array, inked: Flags) -> Flags:
+    """Where (N,) another stretch of the path runs so near that its ink touches this one's."""
+    typical = running_median(width, 2 * round(0.005 / sections.spacing) + 1)
+    if not np.isfinite(typical).any():
+        return np.zeros(len(width), bool)
+    foot = sections.foot
+    half = typical / 2 + sections.pixel
+    pairs = cKDTree(foot[inked]).query_pairs(2 * float(half.max()), output_type='ndarray')
+    index = np.flatnonzero(inked)
+    one, other = index[pairs[:, 0]], index[pairs[:, 1]]
+    distance = np.linalg.norm(foot[one] - foot[other], axis=1)
+    along = np.abs(one - other) * sections.spacing
+    # A stretch that bends back on itself is longer than half a circle on that chord.
+    touching = (distance < half[one] + half[other]) & (along > np.pi / 2 * distance) & (
+        along > half[one] + half[other])
+    met = np.zeros(len(width), bool)
+    met[one[touching]] = True
+    met[other[touching]] = True
+    return met
+
+
+def _robust_covariance(residual: Array) -> Array:
+    """Covariance (3, 3) of residuals (K, 3) without their tails, and never quite nothing."""
+    floor = np.eye(3) * 0.5**2  # rounding to whole grey levels, and then some
+    residual = residual[np.isfinite(residual).all(axis=1)]
+    if len(residual) < 10:
+        return floor
+    size = np.linalg.norm(residual, axis=1)
+    core = residual[size <= np.percentile(size, 80)]
+    return np.asarray(1.5 * core.T @ core / len(core) + floor)

@@ -68,7 +68,7 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
             status[:] = Status.LOW_CONFIDENCE
     else:
         sides, status, sigma = measure_cross_sections(
-            capture, path.points, T_base_camera, bed, obstacle, config.cross_section)
+            capture, path.points, path.extruding, T_base_camera, bed, config.cross_section)
     status = np.where(seen == Status.MEASURED, status, seen)
 
     kept = on_bed(path.points, bed, config.visibility.maximum_tip_height)
