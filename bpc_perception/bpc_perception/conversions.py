@@ -57,6 +57,13 @@ def ns_to_stamp(stamp_ns: int) -> Time:
     return Time(sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
 
 
+def check_frame(name: str, message: Any, frame_id: str) -> None:
+    """Raise ConversionError where a message is in another frame; an empty name is no other."""
+    if message.header.frame_id not in ('', frame_id):
+        raise ConversionError(f'{name}: expected frame {frame_id}, '
+                              f'found {message.header.frame_id}')
+
+
 def image_to_rgb(message: Image) -> NDArray[np.uint8]:
     """The image as RGB (H, W, 3), uint8."""
     if message.encoding not in IMAGE_ENCODINGS:

@@ -15,6 +15,7 @@ from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception import topics
 from bpc_perception.bag import BagWriter
 from bpc_perception.conversions import (
+    check_frame,
     ConversionError,
     extruder_from_message,
     path_to_message,
@@ -55,13 +56,10 @@ class PathRecorderNode(Node):
 
     def _on_pose(self, message: PoseStamped) -> None:
         try:
+            check_frame('pose', message, self._config.base_frame)
             T_base_flange = pose_to_matrix(message.pose)
         except ConversionError as error:
             self._diagnostics.refuse(error)
-            return
-        if message.header.frame_id not in ('', self._config.base_frame):
-            self._diagnostics.refuse(f'pose: expected frame {self._config.base_frame}, '
-                                     f'found {message.header.frame_id}')
             return
         if self._tracker.add_pose(stamp_to_ns(message.header.stamp),
                                   transform(T_base_flange, self._tip)):

@@ -14,6 +14,7 @@ from bpc_perception import topics
 from bpc_perception.capture_pairing import CapturePairer
 from bpc_perception.conversions import (
     advice_to_message,
+    check_frame,
     ConversionError,
     path_from_message,
     pose_to_matrix,
@@ -62,6 +63,7 @@ class ThicknessNode(Node):
 
     def _on_pose(self, message: PoseStamped) -> None:
         try:
+            check_frame('pose', message, self._frame)
             pose = pose_to_matrix(message.pose)
         except ConversionError as error:
             self._diagnostics.refuse(error)
@@ -70,6 +72,7 @@ class ThicknessNode(Node):
 
     def _on_path(self, message: DepositionPath) -> None:
         try:
+            check_frame('deposition_path', message, self._frame)
             self._session.set_path(path_from_message(message))
         except ConversionError as error:
             self._diagnostics.refuse(error)

@@ -1,0 +1,613 @@
+"""Each node in process: messages in, messages out, and never a crash."""
+
+from __future__ import annotations
+
+from array import array
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from typing import Any
+
+from bpc_perception.core.config import ConfigError, parameters_of, ThicknessConfig
+from bpc_perception.core.geometry import Array
+import numpy as np
+from perception_builders import (
+    band_image,
+    capture_of,
+    DOWN,
+    PIXEL,
+    pixel_path,
+    pose,
+    SECOND,
+    START_NS,
+)
+import pytest
+
+pytest.importorskip('rclpy')
+from bpc_perception.bag import Bag, BagError, BagWriter
+from bpc_perception.conversions import (
+    capture_to_messages,
+    ns_to_stamp,
+    path_from_message,
+    path_to_message,
+    path_to_nav,
+    pose_to_message,
+    stamp_to_ns,
+)
+from bpc_perception.handeye import HandEyeError
+from bpc_perception.nodes.camera_driver import CameraDriverNode
+from bpc_perception.nodes.path_recorder import PathRecorderNode
+from bpc_perception.nodes.thickness import ThicknessNode
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
+
+from bpc_interfaces.msg import ExtrusionState, RateAdvice, ThicknessProfile
+from bpc_perception import topics
+
+pytestmark = pytest.mark.ros
+BASE = 'lbr_link_0'
+INPUTS = {**topics.CAMERA, **topics.PRINT, topics.PATH: topics.RESULTS[topics.PATH]}
+QOS = {**dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS), topics.POSE: topics.POSE_QOS,
+       topics.EXTRUSION: topics.EXTRUSION_QOS, topics.PATH: topics.PATH_QOS}
+METHODS = parameters_of(ThicknessConfig)['method'][0].choices
+
+
+class Bench:
+    """A node under test, and one that talks to it and listens."""
+
+    def __init__(self, graph: Any, kind: Any, **parameters: Any) -> None:
+        self.graph = graph
+        self.node = graph.make(kind, **parameters)
+        self.peer: Node = graph.make(Node, 'peer')
+        self.received: dict[str, list[Any]] = defaultdict(list)
+        self._publishers: dict[str, Any] = {}
+        self.listen('/diagnostics', DiagnosticArray, QoSProfile(depth=100))
+
+    def until(self, condition: Callable[[], Any], timeout: float = 10.0) -> None:
+        self.graph.spin_until(condition, timeout)
+
+    def listen(self, topic: str, kind: Any, qos: QoSProfile) -> list[Any]:
+        """The messages that arrive on a topic from now on."""
+        received = self.received[topic]
+        self.peer.create_subscription(kind, topic, received.append, qos)
+        self.until(lambda: self.peer.count_publishers(topic))
+        return received
+
+    def send(self, topic: str, *messages: Any, kind: Any = None, qos: Any = None) -> None:
+        """Publish, as soon as the node listens."""
+        if topic not in self._publishers:
+            self._publishers[topic] = self.peer.create_publisher(
+                kind or INPUTS[topic], topic, qos or QOS[topic])
+        publisher = self._publishers[topic]
+        self.until(publisher.get_subscription_count)
+        for message in messages:
+            publisher.publish(message)
+
+    def send_capture(self, stamp_ns: int,
+                     spoil: Callable[[dict[str, Any]], None] | None = None) -> None:
+        messages = dict(zip(topics.CAMERA, capture_to_messages(
+            capture_of(band_image(), stamp_ns)), strict=True))
+        if spoil:
+            spoil(messages)
+        for name, message in messages.items():
+            self.send(name, message)
+
+    def call(self, service: str) -> Trigger.Response:
+        client = self.peer.create_client(Trigger, service)
+        self.until(client.service_is_ready)
+        future = client.call_async(Trigger.Request())
+        self.until(future.done)
+        return future.result()
+
+    @property
+    def statuses(self) -> list[Any]:
+        return [status for message in self.received['/diagnostics'] for status in message.status
+                if status.name == self.node.get_name()]
+
+    def diagnosed(self, key: str) -> str:
+        """The latest value of a diagnostic; empty = none."""
+        values = {value.key: value.value for value in self.statuses[-1].values} \
+            if self.statuses else {}
+        return str(values.get(key, ''))
+
+
+# The path recorder
+
+T_BASE_FLANGE = np.diag((1.0, -1.0, -1.0, 1.0))  # the tool points down
+T_BASE_FLANGE[2, 3] = 0.15
+NOZZLE = [0.0, 0.0, 0.15]
+
+
+def flange_pose(time: float, speed: float = 0.01, start_ns: int = START_NS) -> PoseStamped:
+    """The flange at a time [s], while the nozzle moves along the x axis."""
+    T = T_BASE_FLANGE.copy()
+    T[0, 3] = speed * time
+    return pose_to_message(start_ns + round(time * SECOND), BASE, T)
+
+
+def extrusion(time: float, extruding: bool = True, start_ns: int = START_NS) -> ExtrusionState:
+    message = ExtrusionState(extruding=extruding, plunger_velocity=1e-4, flow_rate=5e-8)
+    message.header.stamp = ns_to_stamp(start_ns + round(time * SECOND))
+    return message
+
+
+def recorder(graph: Any, **parameters: Any) -> Bench:
+    return Bench(graph, PathRecorderNode, nozzle_offset=NOZZLE, publish_rate=50.0, **parameters)
+
+
+def print_line(bench: Bench, start_ns: int = START_NS) -> list[Any]:
+    """Three seconds of a print; the paths that come out."""
+    paths = bench.listen(topics.PATH, topics.RESULTS[topics.PATH], topics.PATH_QOS)
+    bench.send(topics.EXTRUSION, *(extrusion(t, start_ns=start_ns)
+                                   for t in np.arange(0, 3, 0.1)))
+    bench.until(lambda: paths)  # the print has begun
+    bench.send(topics.POSE, *(flange_pose(t, start_ns=start_ns) for t in np.arange(0, 3, 0.05)))
+    bench.until(lambda: paths[-1].complete_until > 2.8)
+    return paths
+
+
+def test_poses_and_extruder_states_become_the_path_of_the_nozzle(graph: Any) -> None:
+    message = print_line(recorder(graph))[-1]
+    assert message.header.frame_id == BASE
+    assert stamp_to_ns(message.header.stamp) == START_NS
+    path = path_from_message(message)
+    assert len(path) > 100
+    np.testing.assert_allclose(path.points[:, 0], 0.01 * path.time, atol=1e-9)
+    np.testing.assert_allclose(path.points[:, 1:], 0, atol=1e-12)
+    assert path.extruding.all()
+    np.testing.assert_allclose(path.flow_rate, 5e-8)
+
+
+def test_a_late_subscriber_still_gets_the_path(graph: Any) -> None:
+    bench = recorder(graph)
+    known = print_line(bench)[-1]
+    late: list[Any] = []
+    graph.make(Node, 'late').create_subscription(
+        topics.RESULTS[topics.PATH], topics.PATH, late.append, topics.PATH_QOS)
+    bench.until(lambda: late)
+    assert late[-1] == known
+
+
+def test_viewers_get_the_path_too(graph: Any) -> None:
+    bench = recorder(graph)
+    viewed = bench.listen(topics.NAV_PATH, topics.RESULTS[topics.NAV_PATH], topics.PATH_QOS)
+    message = print_line(bench)[-1]
+    bench.until(lambda: viewed and len(viewed[-1].poses) == len(message.x))
+    assert viewed[-1] == path_to_nav(path_from_message(message), BASE)
+
+
+def test_start_and_stop_by_service(graph: Any) -> None:
+    bench = recorder(graph, path__auto=False)
+    paths = bench.listen(topics.PATH, topics.RESULTS[topics.PATH], topics.PATH_QOS)
+    assert not bench.call('path_recorder/stop').success
+    started = bench.call('path_recorder/start')
+    assert started.success
+    bench.until(lambda: paths)
+    start_ns = stamp_to_ns(paths[-1].header.stamp)
+    assert paths[-1].print_id == started.message
+    bench.send(topics.POSE, *(flange_pose(t, start_ns=start_ns) for t in np.arange(0, 3, 0.05)))
+    bench.until(lambda: len(paths[-1].x) > 50)
+    assert not paths[-1].finished
+    assert bench.call('path_recorder/stop').success
+    bench.send(topics.POSE, *(flange_pose(t, start_ns=start_ns)
+                              for t in np.arange(30, 31, 0.05)))
+    bench.until(lambda: paths[-1].finished)
+    assert paths[-1].print_id == started.message
+
+
+def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
+    bench = recorder(graph, output_folder=str(tmp_path))
+    nothing = bench.call('path_recorder/save')
+    assert (nothing.success, nothing.message) == (False, 'expected a print, found none started')
+    message = print_line(bench)[-1]
+    saved = bench.call('path_recorder/save')
+    assert saved.success
+    assert Path(saved.message).parent == tmp_path
+    (_, _, stored), = Bag(saved.message).messages({'/deposition_path'})
+    assert stored == message
+    again = bench.call('path_recorder/save')
+    assert not again.success
+    assert 'expected a new bag' in again.message
+    assert bench.call('path_recorder/clear').success
+    assert not bench.call('path_recorder/save').success
+
+
+def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
+    bench = recorder(graph)
+    wrong_frame, not_a_number, good = flange_pose(0.2), flange_pose(0.3), flange_pose(0.4)
+    wrong_frame.header.frame_id = 'world'
+    not_a_number.pose.position.y = np.nan
+    bench.send(topics.POSE, flange_pose(0.1), wrong_frame, not_a_number, flange_pose(0.1), good)
+    bench.send(topics.EXTRUSION, extrusion(0.2, False), extrusion(0.1, False))
+    bench.until(lambda: bench.diagnosed('refused: extrusion_state') == '1'
+                and bench.diagnosed('poses') == '2')
+    assert bench.diagnosed('refused: pose') == '3'
+    assert bench.diagnosed('extrusion states') == '1'
+    assert 'expected' in bench.diagnosed('last refusal')
+    assert bench.statuses[-1].level == DiagnosticStatus.WARN
+    # What is over is no warning any more, but stays counted.
+    bench.until(lambda: bench.statuses[-1].level == DiagnosticStatus.OK)
+    assert bench.diagnosed('refused: pose') == '3'
+
+
+def test_a_clock_that_goes_back_clears_the_print(graph: Any) -> None:
+    bench = recorder(graph, use_sim_time=True)
+
+    def set_clock(seconds: int) -> None:
+        bench.send('/clock', Clock(clock=ns_to_stamp(seconds * SECOND)), kind=Clock, qos=10)
+        bench.until(lambda: bench.node.get_clock().now().nanoseconds == seconds * SECOND)
+
+    set_clock(100)
+    print_line(bench, start_ns=100 * SECOND)
+    set_clock(101)
+    assert bench.call('path_recorder/stop').success  # a print was running
+    set_clock(50)
+    assert bench.call('path_recorder/save').message == 'expected a print, found none started'
+    # Earlier stamps are taken again.
+    paths = bench.received[topics.PATH]
+    bench.send(topics.EXTRUSION, extrusion(0, start_ns=50 * SECOND))
+    bench.until(lambda: stamp_to_ns(paths[-1].header.stamp) == 50 * SECOND)
+
+
+# The thickness node
+
+CALIBRATION = """\
+parameters: {{calibration_type: {mount}}}
+transform:
+  translation: {{x: 0.0, y: 0.0, z: 0.5}}
+  rotation: {{x: 1.0, y: 0.0, z: 0.0, w: 0.0}}
+"""
+STAMP = START_NS + 10 * SECOND
+WIDTH_TRUE = 11 * PIXEL
+PATH = path_to_message(pixel_path((40, 55), (120, 55), 81), BASE)
+
+
+def thickness(graph: Any, folder: Path, mount: str = 'eye_on_base', **parameters: Any) -> Bench:
+    file = folder / 'camera.calib'
+    file.write_text(CALIBRATION.format(mount=mount))
+    bench = Bench(graph, ThicknessNode, hand_eye_file=str(file), **parameters)
+    bench.listen(topics.PROFILE, ThicknessProfile, topics.RESULT_QOS)
+    bench.listen(topics.ADVICE, RateAdvice, topics.RESULT_QOS)
+    return bench
+
+
+def assert_profile_comes(bench: Bench, stamp_ns: int) -> ThicknessProfile:
+    """It comes, it is right, and it is the only one."""
+    profiles = bench.received[topics.PROFILE]
+    bench.until(lambda: profiles and bench.received[topics.ADVICE])
+    profile, = profiles
+    assert stamp_to_ns(profile.header.stamp) == stamp_ns
+    np.testing.assert_allclose(profile.thickness, WIDTH_TRUE, atol=1.01 * PIXEL)
+    return profile
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_capture_and_path_become_profile_and_advice(graph: Any, tmp_path: Path,
+                                                    method: str) -> None:
+    bench = thickness(graph, tmp_path, method=method, advice__target_thickness=WIDTH_TRUE,
+                      advice__dead_band=0.12)
+    bench.send(topics.PATH, PATH)
+    bench.send_capture(STAMP)
+    profile = assert_profile_comes(bench, STAMP)
+    assert (profile.header.frame_id, profile.print_id, profile.method, profile.capture) == (
+        BASE, 'print', method, 0)
+    assert set(profile.status) == {ThicknessProfile.MEASURED}
+    assert profile.thickness_median == pytest.approx(WIDTH_TRUE, abs=1.01 * PIXEL)
+    advice = bench.received[topics.ADVICE][0]
+    assert advice.valid
+    assert advice.reason == RateAdvice.ON_TARGET
+    assert advice.target_thickness == WIDTH_TRUE
+    assert stamp_to_ns(advice.header.stamp) == STAMP
+
+
+def test_a_capture_waits_for_the_path(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.send_capture(STAMP)
+    bench.until(lambda: bench.diagnosed('captures') == '1')
+    assert bench.received[topics.PROFILE] == []
+    bench.send(topics.PATH, PATH)
+    assert_profile_comes(bench, STAMP)
+
+
+def test_in_hand_poses_place_the_camera(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path, mount='eye_in_hand')
+    bench.send(topics.PATH, PATH)
+    bench.send_capture(STAMP)
+    bench.send(topics.POSE, *(pose_to_message(STAMP + shift, BASE, np.eye(4))
+                              for shift in (-10**7, 10**7)))
+    assert_profile_comes(bench, STAMP)
+
+
+def image_only(bench: Bench) -> None:
+    image, info, _ = capture_to_messages(capture_of(band_image(), STAMP))
+    bench.send(topics.IMAGE, image)
+    bench.send(topics.CAMERA_INFO, info)
+
+
+def test_an_image_without_cloud_is_given_up_after_a_while(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path, patience=0.2)
+    bench.send(topics.PATH, PATH)
+    image_only(bench)
+    bench.until(lambda: bench.diagnosed('refused: capture') == '1')
+    assert bench.diagnosed('last refusal').endswith('found no points/xyzrgba')
+    bench.send_capture(STAMP + SECOND)
+    assert_profile_comes(bench, STAMP + SECOND)
+
+
+def smaller(messages: dict[str, Any]) -> None:
+    messages[topics.CLOUD].height -= 1
+
+
+def unorganized(messages: dict[str, Any]) -> None:
+    for message in messages.values():
+        message.width, message.height = message.width * message.height, 1
+    messages[topics.IMAGE].step *= 120
+    messages[topics.CLOUD].row_step *= 120
+
+
+def mono(messages: dict[str, Any]) -> None:
+    messages[topics.IMAGE].encoding = 'mono8'
+
+
+def uncalibrated(messages: dict[str, Any]) -> None:
+    messages[topics.CAMERA_INFO].k = [0.0] * 9
+
+
+def truncated(messages: dict[str, Any]) -> None:
+    cloud = messages[topics.CLOUD]
+    cloud.data = cloud.data[:1000]
+
+
+def without_depth(messages: dict[str, Any]) -> None:
+    cloud = messages[topics.CLOUD]
+    cloud.data = array('B', np.full(len(cloud.data) // 4, np.nan, np.float32).tobytes())
+
+
+@pytest.mark.parametrize(('spoil', 'kind'), [
+    (smaller, 'capture'), (unorganized, 'cloud'), (mono, 'image'), (uncalibrated, 'camera_info'),
+    (truncated, 'cloud'), (without_depth, 'cloud')], ids=lambda value: getattr(
+        value, '__name__', value))
+def test_an_unusable_capture_is_counted_and_the_next_is_measured(
+        graph: Any, tmp_path: Path, spoil: Any, kind: str) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, PATH)
+    bench.send_capture(STAMP, spoil)
+    bench.until(lambda: bench.diagnosed(f'refused: {kind}') == '1')
+    assert bench.received[topics.PROFILE] == []
+    bench.send_capture(STAMP + SECOND)
+    assert_profile_comes(bench, STAMP + SECOND)
+
+
+def test_a_capture_without_path_is_counted(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path, patience=0.1)
+    bench.send_capture(STAMP)
+    bench.until(lambda: bench.diagnosed('refused: path') == '1')
+    assert bench.received[topics.PROFILE] == []
+
+
+def elsewhere(message: Any) -> None:
+    message.header.frame_id = 'world'
+
+
+def torn(message: Any) -> None:
+    message.x = message.x[:-1]
+
+
+@pytest.mark.parametrize('spoil', [elsewhere, torn], ids=lambda spoil: spoil.__name__)
+def test_an_unusable_path_is_counted_and_not_used(graph: Any, tmp_path: Path,
+                                                  spoil: Any) -> None:
+    bench = thickness(graph, tmp_path, patience=0.1)
+    wrong = path_to_message(pixel_path((40, 55), (120, 55), 81), BASE)
+    spoil(wrong)
+    bench.send(topics.PATH, wrong)
+    bench.until(lambda: bench.diagnosed('refused: deposition_path') == '1')
+    bench.send_capture(STAMP)
+    bench.until(lambda: bench.diagnosed('refused: path') == '1')
+    assert bench.received[topics.PROFILE] == []
+
+
+@pytest.mark.parametrize('frame', ['world', 'nan'])
+def test_in_hand_unusable_poses_are_counted_and_not_used(graph: Any, tmp_path: Path,
+                                                         frame: str) -> None:
+    bench = thickness(graph, tmp_path, mount='eye_in_hand', patience=0.1)
+    bench.send(topics.PATH, PATH)
+    for shift in (-10**7, 10**7):
+        message = pose_to_message(STAMP + shift, BASE, np.eye(4))
+        if frame == 'nan':
+            message.pose.position.x = np.nan
+        else:
+            message.header.frame_id = frame
+        bench.send(topics.POSE, message)
+    bench.until(lambda: bench.diagnosed('refused: pose') == '2')
+    bench.send_capture(STAMP)
+    bench.until(lambda: bench.diagnosed('refused: end_effector_pose') == '1')
+    assert bench.received[topics.PROFILE] == []
+
+
+def test_a_new_target_takes_effect_at_once(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, PATH)
+    result, = bench.node.set_parameters([Parameter('advice.target_thickness', value=0.0033)])
+    assert result.successful
+    bench.send_capture(STAMP)
+    assert_profile_comes(bench, STAMP)
+    advice = bench.received[topics.ADVICE][0]
+    assert advice.target_thickness == 0.0033
+    assert advice.reason in (RateAdvice.UNDER_EXTRUSION, RateAdvice.LIMITED)
+
+
+@pytest.mark.parametrize(('name', 'value', 'reason'), [
+    ('advice.target_thickness', 5.0, 'advice.target_thickness'),
+    ('advice.target_thickness', 'wide', 'DOUBLE'),
+    ('advice.target_thickness', float('nan'), 'advice.target_thickness'),
+    ('segmentation.kernel_size', 4, 'odd'),
+    ('segmentation.canny_low', 200.0, 'canny_high'),
+    ('method', 'guess', 'paper'),
+    ('base_frame', 'world', 'read-only'),
+])
+def test_a_bad_parameter_is_refused_at_run_time_with_the_reason(
+        graph: Any, tmp_path: Path, name: str, value: Any, reason: str) -> None:
+    bench = thickness(graph, tmp_path)
+    before = bench.node.get_parameter(name).value
+    result, = bench.node.set_parameters([Parameter(name, value=value)])
+    assert not result.successful
+    assert reason in result.reason
+    assert bench.node.get_parameter(name).value == before
+
+
+def test_values_that_only_fit_together_can_be_set_together(graph: Any, tmp_path: Path) -> None:
+    node = thickness(graph, tmp_path).node
+    result = node.set_parameters_atomically([Parameter('segmentation.canny_low', value=200.0),
+                                             Parameter('segmentation.canny_high', value=300.0)])
+    assert result.successful
+
+
+@pytest.mark.parametrize(('name', 'value'), [
+    ('patience', -1.0), ('patience', 'long'), ('patience', float('nan')),
+    ('advice__minimum_samples', 0), ('segmentation__kernel_size', 4), ('method', 'guess')])
+def test_a_bad_parameter_is_refused_at_the_start(graph: Any, tmp_path: Path, name: str,
+                                                 value: Any) -> None:
+    with pytest.raises(ConfigError, match=name.split('__')[-1]):
+        thickness(graph, tmp_path, **{name: value})
+
+
+@pytest.mark.parametrize('name', ['', '/nowhere/camera.calib'])
+def test_an_unknown_calibration_is_refused_at_the_start(graph: Any, name: str) -> None:
+    with pytest.raises(HandEyeError, match=r'expected a .* file, found'):
+        graph.make(ThicknessNode, hand_eye_file=name)
+
+
+def test_a_clock_that_goes_back_forgets_the_path(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path, use_sim_time=True, patience=0.1)
+    bench.send(topics.PATH, PATH)
+    for seconds in (100, 50):
+        bench.send('/clock', Clock(clock=ns_to_stamp(seconds * SECOND)), kind=Clock, qos=10)
+        bench.until(lambda seconds=seconds: bench.node.get_clock().now().nanoseconds
+                    == seconds * SECOND)
+    bench.send_capture(STAMP)
+    bench.until(lambda: bench.diagnosed('refused: path') == '1')
+    assert bench.received[topics.PROFILE] == []
+
+
+def test_every_parameter_has_a_description_and_limits(graph: Any, tmp_path: Path) -> None:
+    node = thickness(graph, tmp_path).node
+    descriptor = node.describe_parameter('advice.target_thickness')
+    assert 'Thickness wanted' in descriptor.description
+    assert '[m]' in descriptor.description
+    assert descriptor.floating_point_range[0].to_value == 0.1
+    assert node.describe_parameter('segmentation.kernel_size').integer_range[0].from_value == 1
+    assert node.describe_parameter('base_frame').read_only
+
+
+# The camera driver, with a recording as camera
+
+def recording(folder: Path, count: int = 3) -> str:
+    path = folder / 'bag'
+    with BagWriter(path) as writer:
+        for name, kind in topics.CAMERA.items():
+            writer.add_topic(f'/{name}', topics.type_name(kind))
+        for number in range(count):
+            stamp_ns = START_NS + number * SECOND
+            for name, message in zip(
+                    topics.CAMERA, capture_to_messages(capture_of(band_image(), stamp_ns)),
+                    strict=True):
+                writer.write(f'/{name}', stamp_ns, message)
+    return str(path)
+
+
+def stamps(messages: list[Any]) -> list[int]:
+    return [(stamp_to_ns(message.header.stamp) - START_NS) // SECOND for message in messages]
+
+
+def test_a_recording_is_delivered_to_those_who_listen_to_all_of_it(graph: Any,
+                                                                  tmp_path: Path) -> None:
+    bench = Bench(graph, CameraDriverNode, back_end='bag', bag=recording(tmp_path))
+    images = bench.listen(topics.IMAGE, topics.CAMERA[topics.IMAGE], topics.CAMERA_QOS)
+    ticks: list[int] = []
+    bench.peer.create_timer(0.05, lambda: ticks.append(1))
+    bench.until(lambda: len(ticks) == 4)  # the driver has looked several times by now
+    assert images == []
+    for name in (topics.CAMERA_INFO, topics.CLOUD):
+        bench.listen(name, topics.CAMERA[name], topics.CAMERA_QOS)
+    bench.until(lambda: all(len(bench.received[name]) == 3 for name in topics.CAMERA))
+    for name in topics.CAMERA:
+        assert stamps(bench.received[name]) == [0, 1, 2]
+    assert images[0] == capture_to_messages(capture_of(band_image(), START_NS))[0]
+
+
+def test_a_capture_can_be_asked_for(graph: Any, tmp_path: Path) -> None:
+    bench = Bench(graph, CameraDriverNode, back_end='bag', bag=recording(tmp_path, 2))
+    images = bench.listen(topics.IMAGE, topics.CAMERA[topics.IMAGE], topics.CAMERA_QOS)
+    for number in (1, 2):
+        answer = bench.call('capture')
+        assert (answer.success, answer.message) == (True, '')
+        bench.until(lambda number=number: len(images) == number)
+    assert stamps(images) == [0, 1]
+    answer = bench.call('capture')
+    assert not answer.success
+    assert answer.message.startswith('capture: expected a recorded capture')
+    bench.until(lambda: bench.diagnosed('refused: capture') == '1')
+    assert bench.diagnosed('captures') == '2'
+
+
+def test_an_unknown_back_end_is_refused(graph: Any) -> None:
+    with pytest.raises(ConfigError, match=r'back_end: expected one of .*bag.* found .*webcam'):
+        graph.make(CameraDriverNode, back_end='webcam')
+
+
+def test_a_missing_recording_is_refused(graph: Any, tmp_path: Path) -> None:
+    with pytest.raises(BagError, match='expected a bag, found nothing there'):
+        graph.make(CameraDriverNode, back_end='bag', bag=str(tmp_path / 'none'))
+
+
+def test_a_negative_rate_is_refused(graph: Any, tmp_path: Path) -> None:
+    node = graph.make(CameraDriverNode, back_end='bag', bag=recording(tmp_path, 1))
+    result, = node.set_parameters([Parameter('rate', value=-1.0)])
+    assert not result.successful
+
+
+# As processes
+
+def test_a_node_that_cannot_start_says_why_in_one_line_and_exits_with_2() -> None:
+    ended = subprocess.run(
+        [sys.executable, '-m', 'bpc_perception.nodes.thickness', '--ros-args', '-p',
+         'hand_eye_file:=/nowhere/camera.calib'],
+        capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 2
+    line, = ended.stderr.splitlines()
+    assert '/nowhere/camera.calib: expected a readable YAML file, found' in line
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, number: signal.Signals,
+                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    peer = graph.make(Node, 'peer')
+    with subprocess.Popen([sys.executable, '-m', 'bpc_perception.nodes.path_recorder'],
+                          stderr=subprocess.PIPE, text=True) as process:
+        try:
+            graph.spin_until(lambda: 'path_recorder' in peer.get_node_names(), 30)
+            process.send_signal(number)
+            _, errors = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert process.returncode == 0
+    assert 'Traceback' not in errors
+
+
+def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> None:
+    from bpc_perception.handeye import load_hand_eye
+
+    file = tmp_path / 'camera.calib'
+    file.write_text(CALIBRATION.format(mount='eye_on_base'))
+    T: Array = load_hand_eye(file).T_parent_camera
+    np.testing.assert_allclose(T, DOWN, atol=1e-15)
+    np.testing.assert_allclose(T, pose((0, 0, 0.5), (0, 0, 180)), atol=1e-15)
