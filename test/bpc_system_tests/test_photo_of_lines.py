@@ -1,15 +1,18 @@
 """A real photo measured offline, against what the eye sees in it.
 
-It shows what a real print holds against the published method, and only what that gets right
-is asked of it here. It takes whatever edges enclose for ink: cells of bed within a frame that
-closes around them (the right panel; the left one from line 3 on) come out as ink, 28 to 45 mm
-wide, and the bed between counts as measured. A bead's shadow becomes part of the bead where it
+The default method is asked all that the eye is sure of, in all three panels.
+
+Of the published method only what it gets right is asked. It takes whatever edges enclose for
+ink: cells of bed within a frame that closes around them (the right panel; the left one from
+line 3 on) come out as ink, 28 to 45 mm wide, and the bed between counts as measured. A bead's shadow becomes part of the bead where it
 is as sharp as the bead (left panel, line 2 and parts of line 1). Canny's higher threshold has
 to lie between 300 and 340: below, the middle panel's frame closes as well; above, first lines
 open.
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 from bpc_perception.bag import Bag
 from bpc_perception.core.config import RecorderConfig, SegmentationConfig, ThicknessConfig
@@ -22,15 +25,11 @@ import pytest
 
 from . import photo_of_lines as photo
 
-pytestmark = [
-    pytest.mark.accuracy, pytest.mark.ros,
-    # rosidl's type support imports it with the first message that is serialized.
-    pytest.mark.filterwarnings("ignore:module 'sre_:DeprecationWarning"),
-]
+pytestmark = [pytest.mark.accuracy, pytest.mark.ros]
 
 # Edges of the ink have gradients of 240 to 520, those of its shadow 100 to 260; what of the ink
 # the higher threshold opens, the kernel closes.
-CONFIG = ThicknessConfig(method='paper', segmentation=SegmentationConfig(
+PAPER = ThicknessConfig(method='paper', segmentation=SegmentationConfig(
     canny_low=160.0, canny_high=320.0, kernel_size=7))
 # (panel, line): from and to [mm], where bed is open to the outside and shadows are faint.
 REACH = {(0, 0): (0.0, 30.0), (0, 1): (9.5, 26.0), **{(1, line): (0.0, 30.0)
@@ -68,15 +67,29 @@ class Lines:
 
 
 @pytest.fixture(scope='module')
-def lines(tmp_path_factory: pytest.TempPathFactory) -> Lines:
+def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     picture = photo.find_photo()
     if picture is None:
         pytest.skip(f'{photo.PHOTO} is not beside the repository')
-    bag, hand_eye = photo.write_bag(tmp_path_factory.mktemp('photo'), picture)
-    results = list(measure_bag(Bag(bag), load_hand_eye(hand_eye), CONFIG, RecorderConfig()))
+    return photo.write_bag(tmp_path_factory.mktemp('photo'), picture)
+
+
+def measured(recording: tuple[Path, Path], config: ThicknessConfig) -> Lines:
+    bag, hand_eye = recording
+    results = list(measure_bag(Bag(bag), load_hand_eye(hand_eye), config, RecorderConfig()))
     assert len(results) == 1
     assert results[0].profile is not None, results[0].refusal
     return Lines(results[0].profile)
+
+
+@pytest.fixture(scope='module')
+def lines(recording: tuple[Path, Path]) -> Lines:
+    return measured(recording, PAPER)
+
+
+@pytest.fixture(scope='module')
+def default_lines(recording: tuple[Path, Path]) -> Lines:
+    return measured(recording, ThicknessConfig())
 
 
 def within_reach(panel: int, line: int, start: float, end: float) -> bool:
@@ -148,3 +161,38 @@ def test_bed_between_panels_is_no_ink(lines: Lines) -> None:
         at = np.flatnonzero(np.abs(lines.x - x) < 0.1)
         assert len(at) > 150
         assert (lines.profile.status[at] == Status.GAP).all()
+
+
+def test_default_measures_all_continuous_ink(default_lines: Lines) -> None:
+    for (panel, line), stretches in photo.CONTINUOUS.items():
+        for start, end in stretches:
+            width = default_lines.thickness(default_lines.on(panel, line, start, end))
+            # The narrowest and the widest count by hand, and a pixel at either edge.
+            assert width.min() > 0.36 - 2 * photo.PIXEL, (panel, line)
+            assert width.max() < 1.27 + 2 * photo.PIXEL, (panel, line)
+
+
+@pytest.mark.parametrize(('panel', 'line', 'place'), photo.WIDTHS)
+def test_default_agrees_with_every_width_counted_by_hand(
+        default_lines: Lines, panel: int, line: int, place: float) -> None:
+    at = default_lines.on(panel, line, place - 0.5, place + 0.5)
+    width = np.median(default_lines.thickness(at))
+    assert width == pytest.approx(photo.WIDTHS[panel, line, place], abs=photo.PIXEL)
+
+
+@pytest.mark.parametrize(('panel', 'line'), photo.GAPS)
+def test_default_takes_no_gap_for_ink(default_lines: Lines, panel: int, line: int) -> None:
+    start, end = photo.GAPS[panel, line]
+    status = default_lines.profile.status[default_lines.on(panel, line, start, end)]
+    # At its ends, less than a sample each, a gap may pass for ink: the eye is no surer.
+    assert (status[1:-1] != Status.MEASURED).all()
+    assert np.mean(status == Status.GAP) > 0.8
+
+
+@pytest.mark.parametrize('panel', range(3))
+def test_default_finds_the_bed_between_lines(default_lines: Lines, panel: int) -> None:
+    for line in range(photo.LINES - 1):
+        status = default_lines.profile.status[default_lines.after(panel, line, 2.0, 27.0)]
+        # Threads and specks lie there; no stretch is taken for a strand.
+        assert np.mean(status == Status.GAP) > 0.95, line
+        assert np.mean(status == Status.MEASURED) < 0.02, line

@@ -160,7 +160,7 @@ class CrossSectionConfig(Config):
         'Length of path over which its direction is taken', 'm', 1e-5, 0.02)] = 0.001
     obstacle_height: Annotated[float, Parameter(
         'What stands this far above the bed hides it, as the nozzle does', 'm',
-        0.0005, 1)] = 0.004
+        0.0005, 1)] = 0.0025
     obstacle_margin: Annotated[float, Parameter(
         'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3.0
     edge_sigma: Annotated[float, Parameter(

@@ -85,11 +85,12 @@ def measure_cross_sections(
     centre = ink[:, np.abs(sections.offset) <= sections.pixel].mean(axis=1)
     status = np.full(len(points), Status.LOW_CONFIDENCE, np.uint8)
     status[(centre >= 0.5 + RIM) & np.isfinite(width)] = Status.MEASURED
-    status[np.abs(centre) <= 0.5 - RIM] = Status.GAP
+    status[(np.abs(centre) <= 0.5 - RIM) & ~sections.raised] = Status.GAP
     inked = centre >= 0.5 + RIM
     status[inked & (left.outside | right.outside)] = Status.NO_DATA
     status[inked & (left.hidden | right.hidden)] = Status.OCCLUDED
     status[light.noise > config.maximum_noise] = Status.LOW_CONFIDENCE
+    status[(status == Status.MEASURED) & leans_over_gap(sections, status)] = Status.LOW_CONFIDENCE
     crossing = meets_itself(sections, np.where(status == Status.MEASURED, width, np.nan), inked)
     status[crossing & inked] = Status.JUNCTION
     middle = len(sections.offset) // 2
@@ -218,6 +219,23 @@ def refine(share: Array, first: Index) -> tuple[Array, Array]:
     surplus = trapezoid(values, reach, axis=1)
     shift = surplus / np.maximum(values[:, 0] - values[:, -1], 0.5)
     return crossing + np.clip(shift, -1.0, 1.0), slope
+
+
+def leans_over_gap(sections: Sections, status: StatusArray) -> Flags:
+    """Where (N,) what looks like ink may be the end of a bead that hides a gap behind it.
+
+    Seen obliquely along the path, the ridge of a bead's end covers the bed beyond.
+    """
+    arc = np.arange(len(status)) * sections.spacing
+    gaps = arc[status == Status.GAP]
+    if len(gaps) == 0:
+        return np.zeros(len(status), bool)
+    after = np.searchsorted(gaps, arc)
+    padded = np.concatenate(([-np.inf], gaps, [np.inf]))
+    ahead, behind = padded[after + 1] - arc, arc - padded[after]
+    reach = np.abs(sections.lean) + sections.spacing / 2
+    leaning = np.abs(sections.lean) > RIM * sections.pixel
+    return np.asarray(leaning & (np.where(sections.lean > 0, ahead, behind) < reach))
 
 
 def meets_itself(sections: Sections, width: Array, inked: Flags) -> Flags:

@@ -59,6 +59,9 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         bed = bed_plane(capture, path.points, T_base_camera)
     except ValueError as error:
         raise MeasurementError(str(error)) from error
+    path = path.where(on_bed(path.points, bed, config.visibility.maximum_tip_height))
+    if len(path) < 2:
+        raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along')
     obstacle = obstacles(capture, bed, T_base_camera, config.visibility.obstacle_height)
     seen = visibility(capture, bed, obstacle, path.points, T_base_camera, config.visibility)
     if config.method == 'paper':
@@ -71,7 +74,6 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
             capture, path.points, path.extruding, T_base_camera, bed, config.cross_section)
     status = np.where(seen == Status.MEASURED, status, seen)
 
-    kept = on_bed(path.points, bed, config.visibility.maximum_tip_height)
     measured = status == Status.MEASURED
     for values in (sides.left, sides.right, sides.left_distance, sides.right_distance, sigma):
         values[~measured] = np.nan
@@ -79,11 +81,10 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     thickness[status == Status.GAP] = 0.0
     return ThicknessProfile(
         stamp_ns=capture.stamp_ns, print_id=path.print_id, print_start_ns=path.start_ns,
-        capture=number, method=config.method, time=path.time[kept],
-        arc_length=path.arc_length[kept], points=path.points[kept],
-        extruding=path.extruding[kept], status=status[kept], thickness=thickness[kept],
-        sigma=sigma[kept], left=sides.left_distance[kept], right=sides.right_distance[kept],
-        left_points=sides.left[kept], right_points=sides.right[kept],
+        capture=number, method=config.method, time=path.time, arc_length=path.arc_length,
+        points=path.points, extruding=path.extruding, status=status, thickness=thickness,
+        sigma=sigma, left=sides.left_distance, right=sides.right_distance,
+        left_points=sides.left, right_points=sides.right,
         processing_time=time.perf_counter() - started)
 
 

@@ -47,8 +47,11 @@ class DepositionPath:
 
     def until(self, stamp_ns: int) -> DepositionPath:
         """The part that the nozzle had passed at this time."""
-        end = int(np.searchsorted(self.time, (stamp_ns - self.start_ns) * 1e-9, side='right'))
+        return self.where(self.time <= (stamp_ns - self.start_ns) * 1e-9)
+
+    def where(self, kept: NDArray[np.bool_]) -> DepositionPath:
+        """The path without the points at which ``kept`` (N,) is False."""
         return replace(
-            self, time=self.time[:end], arc_length=self.arc_length[:end],
-            points=self.points[:end], plunger_velocity=self.plunger_velocity[:end],
-            flow_rate=self.flow_rate[:end], extruding=self.extruding[:end])
+            self, time=self.time[kept], arc_length=self.arc_length[kept],
+            points=self.points[kept], plunger_velocity=self.plunger_velocity[kept],
+            flow_rate=self.flow_rate[kept], extruding=self.extruding[kept])

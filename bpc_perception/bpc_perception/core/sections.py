@@ -18,6 +18,7 @@ Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
 
 STEP = 0.5  # between samples of a section [pixels]
+RAISED = 0.0004  # what stands this far above the bed is no bed [m]
 WINDOW = 0.008  # length of path over which surface and light are taken as steady [m]
 
 
@@ -28,24 +29,29 @@ class Sections:
     Attributes:
         foot: (N, 3) points of the surface below the nozzle tip [m].
         lateral: (N, 3) unit vectors along the surface to the left.
+        lean: (N,) how far a bead's ridge seems to be shifted along the path, seen from where
+            the camera stands, positive forward [m]; 0 where its height is not known.
         offset: (M,) distances from the path, positive to the left [m].
         pixel: length of a pixel's side on the surface [m].
         spacing: between path points [m].
         inside: (N, M) whether a sample lies in the image.
         hidden: (N, M) whether something stands in front of it.
         depth: (N,) whether the cloud knows the surface there.
+        raised: (N,) whether the cloud has something there that stands above the bed.
         beside: (N, M) whether it lies so far from all of the path that bed is to be expected.
         colour: (N, M, 3) RGB.
     """
 
     foot: Array
     lateral: Array
+    lean: Array
     offset: Array
     pixel: float
     spacing: float
     inside: Flags
     hidden: Flags
     depth: Flags
+    raised: Flags
     beside: Flags
     colour: Floats
 
@@ -92,9 +98,9 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     width = side_place[1] - side_place[0]
     slope = running_median((left - right) / width, window)
     slope = np.where(np.isfinite(slope), slope, 0.0)
-    both = np.nanmean(np.stack((right - slope * side_place[0], left - slope * side_place[1])),
-                      axis=0) if np.isfinite(right).any() and np.isfinite(left).any() else right
-    level = running_median(both, window)
+    right, left = right - slope * side_place[0], left - slope * side_place[1]
+    level = running_median(np.where(np.isfinite(right + left), (right + left) / 2,
+                                    np.where(np.isfinite(right), right, left)), window)
     foot = foot + np.where(np.isfinite(level), level, 0.0)[:, None] * normal
     lateral = _unit(lateral + slope[:, None] * normal)
 
@@ -107,9 +113,14 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     along = 2 * round(config.obstacle_margin * pixel / spacing) + 1
     high = (height > config.obstacle_height).astype(np.uint8)
     hidden = cv2.dilate(high, np.ones((along, margin), np.uint8)) > 0
+    ridge = running_median(masked_median(height, (np.abs(offset) <= pixel) & np.isfinite(height)),
+                           window)
+    to_camera = T_base_camera[:3, 3] - foot
+    lean = -ridge * np.einsum('nk,nk->n', to_camera, tangent) / (to_camera @ normal)
     return Sections(
-        foot, lateral, offset, pixel, spacing, inside.reshape(shape), np.asarray(hidden),
-        np.isfinite(height).mean(axis=1) > 0.1, beside,
+        foot, lateral, np.where(np.isfinite(lean), lean, 0.0), offset, pixel, spacing,
+        inside.reshape(shape), np.asarray(hidden), np.isfinite(height).mean(axis=1) > 0.1,
+        _raised(height, offset, pixel, beside), beside,
         sample_image(capture.image, uv.reshape(*shape, 2)))
 
 
@@ -184,6 +195,14 @@ def _heights(capture: Capture, foot: Array, lateral: Array, offset: Array, norma
     outside = ~inside.reshape(height.shape)
     height[outside], place[outside] = np.nan, np.nan
     return height.astype(np.float64), place.astype(np.float64)
+
+
+def _raised(height: Array, offset: Array, pixel: float, beside: Flags) -> Flags:
+    """Where (N,) the middle of a section stands above the bed by more than noise explains."""
+    at_bed = height[beside & np.isfinite(height)]
+    noise = 1.4826 * float(np.median(np.abs(at_bed - np.median(at_bed)))) if len(at_bed) else 0.0
+    central = (np.abs(offset) <= 2 * pixel) & np.isfinite(height)
+    return masked_median(height, central) > max(RAISED, 4 * noise)
 
 
 def _beside(points: Array, lateral: Array, offset: Array, pixel: float) -> Flags:
