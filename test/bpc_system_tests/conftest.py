@@ -1,0 +1,41 @@
+"""Fixtures shared by the system tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import os
+from pathlib import Path
+
+import pytest
+
+from . import command_line
+from .command_line import ROOT
+from .ros_graph import own_domain
+
+# Inherited by every process that a test starts.
+os.environ['BPC_ROOT'] = str(ROOT)
+os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+
+
+@pytest.fixture
+def ros_domain() -> Iterator[int]:
+    """A ROS domain id of this test's own, for its processes too."""
+    with own_domain() as domain:
+        yield domain
+
+
+@pytest.fixture(scope='session')
+def measured_sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `bpc measure` leaves behind of the sample bag."""
+    out = tmp_path_factory.mktemp('sample') / 'out'
+    command_line.succeed('measure', command_line.SAMPLE, '--out', out)
+    return out
+
+
+@pytest.fixture(scope='session')
+def short_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A print of four seconds, recorded on the synthetic printer: the quickest to play."""
+    bag = tmp_path_factory.mktemp('short') / 'line'
+    command_line.succeed('sim', '--scenario', 'line', '--speed', 25, '--rate', 1, '--record', bag)
+    return bag
