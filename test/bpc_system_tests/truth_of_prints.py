@@ -1,0 +1,84 @@
+"""Profiles beside the truth of the simulated print that they measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bpc_perception.core.geometry import Array, invert, transform
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_sim.print_job import PrintJob
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+MM = 1e-3  # [m]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A profile of a complete print, sample by sample beside the truth.
+
+    Attributes:
+        profile: what was measured.
+        s: (N,) arc length of the point of the true curve nearest to each sample [m].
+        width: (N,) true width there [m]; 0 in gaps.
+        from_end: (N,) distance along the curve to the nearest end of a run of ink [m].
+    """
+
+    profile: ThicknessProfile
+    s: Array
+    width: Array
+    from_end: Array
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """Which samples carry a thickness."""
+        return np.asarray(self.profile.status == Status.MEASURED)
+
+    @property
+    def gap(self) -> NDArray[np.bool_]:
+        """Which samples are said to be a gap."""
+        return np.asarray(self.profile.status == Status.GAP)
+
+    @property
+    def error(self) -> Array:
+        """Measured less true thickness [m]; NaN where neither MEASURED nor GAP."""
+        return self.profile.thickness - self.width
+
+
+def compare(profile: ThicknessProfile, job: PrintJob) -> Comparison:
+    """Put a profile beside its print."""
+    s = job.commanded.curve.uniform(20001)
+    points = transform(invert(job.T_base_surface), profile.points)[:, :2]
+    distance, nearest = cKDTree(job.commanded.curve.points(s)).query(points)
+    assert distance.max() < 0.5 * MM, 'the recorded path leaves the true one'
+    s = s[nearest]
+    ends = job.deposit.runs.ravel()
+    return Comparison(profile, s, job.truth(s), np.abs(s[:, None] - ends).min(axis=1))
+
+
+def pixel_size(job: PrintJob) -> float:
+    """Length of a pixel's side on the bed, in the middle of the image [m]."""
+    view = job.view
+    distance = float(np.linalg.norm(view.T_base_camera[:3, 3] - job.T_base_surface[:3, 3]))
+    return distance / view.camera.focal_length
+
+
+def expect_the_truth(compared: Comparison, pixel: float) -> None:
+    """Fail unless a complete profile is right everywhere but next to the ends of its runs.
+
+    An edge in the image is good to a fraction of a pixel; within two pixels of the end of a run
+    the blurred end mixes into what is seen across the path.
+    """
+    clear = compared.from_end > 2 * pixel
+    inked = compared.width > 0
+    assert clear.sum() > 0.9 * len(clear)
+    # A wrong MEASURED is the worst of all: not one.
+    assert not (clear & compared.measured & ~inked).any()
+    assert not (clear & compared.gap & inked).any()
+    # The complete print is in plain view.
+    known = compared.measured | compared.gap
+    assert known[clear].mean() > 0.98
+    error = np.abs(compared.error[clear & compared.measured])
+    assert error.mean() < 0.15 * pixel
+    assert error.max() < 0.5 * pixel
