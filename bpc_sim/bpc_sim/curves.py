@@ -6,11 +6,12 @@ origin at the curve's centre.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from bpc_perception.core.geometry import Array
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import hyp2f1
 
 # Arc lengths (N,) [m] to points (N, 2) [m] and unit tangents (N, 2).
@@ -24,7 +25,7 @@ class Curve:
     Attributes:
         length: arc length of the whole curve [m].
         locus: points and unit tangents at given arc lengths.
-        breaks: inner arc lengths at which the curvature jumps [m]; the tangent never does.
+        breaks: inner arc lengths at which the curvature jumps [m], or at a corner the tangent.
         closed: whether the end meets the start.
     """
 
@@ -88,6 +89,44 @@ def meander(pitch: float, length: float, strands: int) -> Curve:
     starts = period * np.arange(1, strands)
     breaks = np.sort(np.concatenate((starts, starts - np.pi * radius)))
     return Curve(period * strands - np.pi * radius, locus, tuple(breaks.tolist()))
+
+
+def turtle(moves: Sequence[tuple[float, float]], start: tuple[float, float] = (0.0, 0.0),
+           heading: float = 0.0, closed: bool = False) -> Curve:
+    """Straight lines, arcs and corners, one after the other.
+
+    Args:
+        moves: length [m] and turn [rad, positive to the left] of each; a line has no turn, a
+            corner no length.
+        start: where it starts [m].
+        heading: angle of its first tangent [rad].
+        closed: whether it is meant to end where it started.
+    """
+    lengths, turns = np.array(moves, float).T
+    directions = heading + np.concatenate(([0.0], np.cumsum(turns)))[:-1]
+    legs = np.flatnonzero(lengths > 0)
+    lengths, turns, directions = lengths[legs], turns[legs], directions[legs]
+    starts = np.concatenate(([0.0], np.cumsum(lengths)))
+
+    def advance(leg: NDArray[np.intp], along: Array) -> Array:
+        # The chord of an arc is its length times sinc of half its turn.
+        turned = turns[leg] * along / lengths[leg]
+        chord = along * np.sinc(turned / (2 * np.pi))
+        angle = directions[leg] + turned / 2
+        return chord[:, None] * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+
+    every = np.arange(len(legs))
+    corners = np.array(start) + np.concatenate(
+        (np.zeros((1, 2)), np.cumsum(advance(every, lengths), axis=0)))
+
+    def locus(s: Array) -> tuple[Array, Array]:
+        leg = np.clip(np.searchsorted(starts, s, side='right') - 1, 0, len(legs) - 1)
+        along = s - starts[leg]
+        angle = directions[leg] + turns[leg] * along / lengths[leg]
+        return (corners[leg] + advance(leg, along),
+                np.stack((np.cos(angle), np.sin(angle)), axis=1))
+
+    return Curve(float(starts[-1]), locus, tuple(starts[1:-1].tolist()), closed)
 
 
 def archimedean(a: float, phi_start: float, phi_end: float) -> Curve:

@@ -1,8 +1,7 @@
 """The paper's simulation study: eight cases with known thickness, and its parameter sweeps.
 
-Image coordinates: pixel (u, v) is the point ((u - u0) p, -(v - v0) p) of the surface frame,
-with the image's centre (u0, v0) and the pixel size p, so that x points right, y up and the
-surface's normal to the viewer.
+Images show the surface from straight above, its normal to the viewer, in the coordinates of
+bpc_sim.raster.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from bpc_sim.curves import archimedean, Curve, fermat
 from bpc_sim.deposit import constant_width, Deposit, linear_width, random_gaps
 from bpc_sim.imaging import expose, Imaging, mix
+from bpc_sim.raster import coverage
 
 PIXEL_SIZE = 1e-4  # [m], at ratio 1
 IMAGE_SIZE = 512  # [pixels], at ratio 1
@@ -145,29 +145,22 @@ def polygon_raster(case: PaperCase, imaging: Imaging = IDEAL) -> NDArray[np.uint
             polygon = np.concatenate((sides[0][run], sides[1][run[::-1]]))
             # Each on its own: where runs touch, even-odd filling of all at once cuts holes.
             cv2.fillPoly(mask, [scale * polygon], 1)
-    coverage = mask[1::scale, 1::scale].astype(np.float64)
-    return np.rint(mix(imaging.ink, imaging.bed, coverage)).astype(np.uint8)
+    covered = mask[1::scale, 1::scale].astype(np.float64)
+    return np.rint(mix(imaging.ink, imaging.bed, covered)).astype(np.uint8)
 
 
 def area_coverage(case: PaperCase, supersample: int = 8) -> Array:
     """Fraction (H, W) of each pixel that ink covers, from ``supersample``^2 points a pixel."""
-    v, u = np.mgrid[0:case.size, 0:case.size].reshape(2, -1)
-    centres = _points(np.stack((u, v), axis=1).astype(np.float64), case)
-    margin = case.deposit.locate(centres).margin
-    coverage = (margin <= 0).astype(np.float64)
-    edge = np.flatnonzero(np.abs(margin) < case.pixel_size)
-    steps = (np.arange(supersample) + 0.5) / supersample - 0.5
-    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * case.pixel_size
-    coverage[edge] = case.deposit.covers(centres[edge, None] + grid).mean(axis=1)
-    return coverage.reshape(case.size, case.size)
+    return coverage(lambda points: case.deposit.locate(points).margin, case.size,
+                    case.pixel_size, supersample)
 
 
 def area_raster(case: PaperCase, imaging: Imaging = IDEAL, seed: int = 0,
                 supersample: int = 8) -> NDArray[np.uint8]:
     """The image (H, W, 3) RGB as an ideal sensor sees it, with the given imperfections."""
-    coverage = area_coverage(case, supersample)
-    light = mix(imaging.ink, imaging.bed, coverage)
-    return expose(light, coverage, imaging, np.random.default_rng(seed))
+    covered = area_coverage(case, supersample)
+    light = mix(imaging.ink, imaging.bed, covered)
+    return expose(light, covered, imaging, np.random.default_rng(seed))
 
 
 def planar_capture(image: NDArray[np.uint8], pixel_size: float,
@@ -199,8 +192,3 @@ def planar_capture(image: NDArray[np.uint8], pixel_size: float,
 def _pixels(points: Array, case: PaperCase) -> Array:
     """Pixels (N, 2) as (u, v) of points (N, 2) of the surface [m]."""
     return (case.size - 1) / 2 + points * (1.0, -1.0) / case.pixel_size
-
-
-def _points(pixels: Array, case: PaperCase) -> Array:
-    """Points (N, 2) of the surface [m] at pixels (N, 2)."""
-    return (pixels - (case.size - 1) / 2) * (1.0, -1.0) * case.pixel_size

@@ -15,6 +15,7 @@ ALL = {
     'archimedean': curves.archimedean(1.2e-3, np.pi, 6 * np.pi),
     'archimedean from the origin': curves.archimedean(1.2e-3, 0.0, 4 * np.pi),
     'fermat': curves.fermat(9e-3, 2 * np.pi),
+    'turtle': curves.turtle(((0.01, 0), (0.02, 4), (0.012, 0), (0.015, -2.5)), (0.001, 0.002), 1),
 }
 
 
@@ -99,3 +100,15 @@ def test_feet_are_found_to_nanometres(curve):
         np.testing.assert_allclose(tangents[right], curve.tangents(s[near][right]), atol=5e-5)
         found[near] |= right
     assert found.all()
+
+
+def test_turtle_by_hand():
+    # 10 mm ahead, a corner to the left, 5 mm up, half a circle to the right.
+    curve = curves.turtle(((0.01, 0), (0, np.pi / 2), (5e-3, 0), (np.pi * 2e-3, -np.pi)))
+    assert curve.length == pytest.approx(0.015 + np.pi * 2e-3)
+    assert curve.breaks == pytest.approx((0.01, 0.015))
+    s = np.array((0.0, 0.01, 0.015, 0.015 + np.pi * 1e-3, curve.length))
+    np.testing.assert_allclose(
+        1e3 * curve.points(s), ((0, 0), (10, 0), (10, 5), (12, 7), (14, 5)), atol=1e-12)
+    np.testing.assert_allclose(
+        curve.tangents(s), ((1, 0), (0, 1), (0, 1), (1, 0), (0, -1)), atol=1e-12)
