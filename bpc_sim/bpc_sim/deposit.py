@@ -116,7 +116,7 @@ class Deposit:
 
     def inked(self, s: Array) -> NDArray[np.bool_]:
         """Whether the path carries ink at arc lengths s [m]."""
-        return self._beyond_run(s) <= 0
+        return self.beyond_run(s) <= 0
 
     def width(self, s: Array) -> Array:
         """True width at arc lengths s (N,) [m]; 0 in gaps and where nothing is laid yet."""
@@ -162,7 +162,7 @@ class Deposit:
                 continue
             found = strand.feet(groups[near])
             beyond = np.maximum(np.abs(found[1]) - self.profile(found[0]) / 2,
-                                self._beyond_run(found[0]))
+                                self.beyond_run(found[0]))
             better = ((found[0] >= strand.start - SEAM) & (found[0] <= strand.end + SEAM)
                       & (beyond < margin[near]))
             for values, new in zip((s, offset, heading, margin), (*found, beyond), strict=True):
@@ -170,7 +170,7 @@ class Deposit:
         return Location(*(values.reshape(points.shape[:-1])
                           for values in (s, offset, heading, margin)))
 
-    def _beyond_run(self, s: Array) -> Array:
+    def beyond_run(self, s: Array) -> Array:
         """Distance along the path from s to the ink, negative inside a run [m]."""
         if not len(self.runs):
             return np.full(np.shape(s), np.inf)
