@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 import os
+from typing import Any, ClassVar
 
-from bpc_perception.testing import free_domain
+from bpc_perception.cli.processes import Nodes
+from bpc_perception.testing import free_domain, Graph
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
+from bpc_perception import topics
+
+PATIENCE = 60.0  # for what takes a few seconds on an idle machine [s]
 
 
 @contextmanager
@@ -21,3 +32,67 @@ def own_domain() -> Iterator[int]:
             del os.environ['ROS_DOMAIN_ID']
             if before is not None:
                 os.environ['ROS_DOMAIN_ID'] = before
+
+
+class Listener:
+    """A node of the test's that keeps what the nodes under test say, by arrival.
+
+    Attributes:
+        heard: messages of each topic in the order in which they came.
+        order: the topics of all messages in the order in which they came.
+    """
+
+    TOPICS: ClassVar[dict[str, tuple[Any, QoSProfile]]] = {
+        topics.PROFILE: (ThicknessProfile, topics.RESULT_QOS),
+        topics.ADVICE: (RateAdvice, topics.RESULT_QOS),
+        topics.PATH: (DepositionPath, topics.PATH_QOS),
+        '/diagnostics': (DiagnosticArray, QoSProfile(depth=100)),
+    }
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self.node = graph.make(Node, 'listener')
+        self.heard: dict[str, list[Any]] = {name: [] for name in self.TOPICS}
+        self.order: list[str] = []
+        for name, (kind, qos) in self.TOPICS.items():
+            self.node.create_subscription(kind, name, partial(self._hear, name), qos)
+
+    def _hear(self, name: str, message: Any) -> None:
+        self.heard[name].append(message)
+        self.order.append(name)
+
+    @property
+    def profiles(self) -> list[ThicknessProfile]:
+        """The profiles that came."""
+        return self.heard[topics.PROFILE]
+
+    @property
+    def advice(self) -> list[RateAdvice]:
+        """The advice that came."""
+        return self.heard[topics.ADVICE]
+
+    def wait(self, condition: Callable[[], Any], nodes: Nodes | None = None,
+             timeout: float = PATIENCE) -> None:
+        """Listen until the condition holds; fails when a node ends before, or it never does."""
+        def holds() -> Any:
+            if nodes is not None:
+                nodes.check()
+            return condition()
+
+        self._graph.spin_until(holds, timeout)
+
+    def complaints(self, node: str) -> list[str]:
+        """What a node said on /diagnostics that it had to refuse."""
+        return [status.message for message in self.heard['/diagnostics']
+                for status in message.status
+                if status.name == node and status.level != DiagnosticStatus.OK]
+
+
+@contextmanager
+def listening(domain: int) -> Iterator[Listener]:
+    """A listener in a graph."""
+    graph = Graph(domain)
+    try:
+        yield Listener(graph)
+    finally:
+        graph.close()

@@ -1,0 +1,157 @@
+"""A print on the synthetic printer, measured while it runs: every node a process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+import time
+
+from bpc_perception.cli.processes import Nodes
+from bpc_perception.conversions import profile_from_message, stamp_to_ns
+from bpc_perception.core.profile import run_extents
+from bpc_sim.sample import hand_eye, parameters
+from bpc_sim.scenarios import SCENARIOS
+import numpy as np
+import pytest
+import yaml
+
+from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_perception import topics
+
+from .ros_graph import Listener, listening, own_domain
+from .truth_of_prints import compare, expect_the_truth, pixel_size
+
+pytestmark = [pytest.mark.system, pytest.mark.ros]
+
+SCENARIO, SPEED = 'spiral_gaps', 0.03  # 174 mm in 6 s
+TARGET = 2e-3  # [m]
+CAMERA_RATE = 2.0  # [Hz]
+START_DELAY = 6.0  # until robot, extruder and camera run, with a large margin [s]
+JOB = SCENARIOS[SCENARIO](SPEED)
+
+
+@dataclass(frozen=True)
+class LivePrint:
+    """What was heard of a print.
+
+    Attributes:
+        start_ns, end_ns: of the job, by the clock of the nodes.
+        order: topics of all messages in the order in which they came.
+        profiles, advice: up to a capture of the complete print.
+        late_profiles: of a thickness node that was started after the print.
+    """
+
+    start_ns: int
+    end_ns: int
+    order: list[str]
+    profiles: list[ThicknessProfile]
+    advice: list[RateAdvice]
+    late_profiles: list[ThicknessProfile]
+
+
+@pytest.fixture(scope='module')
+def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LivePrint]:
+    folder = tmp_path_factory.mktemp('live')
+    calibration, settings = folder / 'hand_eye.calib', folder / 'params.yaml'
+    calibration.write_text(yaml.safe_dump(hand_eye(JOB)))
+    settings.write_text(yaml.safe_dump(parameters(JOB, TARGET)))
+    with own_domain() as domain, listening(domain) as listener, Nodes(settings) as nodes:
+        with Nodes(settings) as measuring:
+            start_ns, end_ns = print_on(listener, nodes, measuring, calibration)
+            listener.wait(lambda: any(stamp(profile) > end_ns for profile in listener.profiles)
+                          and len(listener.advice) == len(listener.profiles), nodes)
+            measuring.check()
+        order, profiles = listener.order.copy(), listener.profiles.copy()
+        with Nodes(settings) as measuring:
+            measuring.start('bpc_perception.nodes.thickness', hand_eye_file=str(calibration))
+            listener.wait(lambda: len(listener.profiles) > len(profiles), nodes)
+            measuring.check()
+        yield LivePrint(start_ns, end_ns, order, profiles, listener.advice[:len(profiles)],
+                        listener.profiles[len(profiles):])
+
+
+def print_on(listener: Listener, nodes: Nodes, measuring: Nodes,
+             calibration: Path) -> tuple[int, int]:
+    """Start a print with all that measures it; when it starts and ends [ns]."""
+    measuring.start('bpc_perception.nodes.thickness', hand_eye_file=str(calibration))
+    nodes.start('bpc_perception.nodes.path_recorder')
+    names = {'thickness', 'path_recorder'}
+    listener.wait(lambda: names <= set(listener.node.get_node_names()), nodes)
+    start_ns = time.time_ns() + round(START_DELAY * 1e9)
+    job = {'scenario': SCENARIO, 'speed': SPEED, 'start_time_ns': start_ns}
+    nodes.start('bpc_sim.nodes.robot', **job)
+    nodes.start('bpc_sim.nodes.extruder', **job)
+    nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=CAMERA_RATE,
+                **job)
+    listener.wait(lambda: all(listener.node.count_publishers(name)
+                              for name in topics.PRINT | topics.CAMERA), nodes)
+    assert time.time_ns() < start_ns, 'the machine is too slow for START_DELAY'
+    return start_ns, start_ns + round(JOB.duration * 1e9)
+
+
+def stamp(message: ThicknessProfile | RateAdvice) -> int:
+    return stamp_to_ns(message.header.stamp)
+
+
+def test_profile_grows_with_each_capture(live: LivePrint) -> None:
+    profiles = live.profiles
+    # Captures while ink flows and the nozzle is on the bed, and one of the complete print.
+    assert len(profiles) >= 5
+    assert [profile.capture for profile in profiles] == list(range(len(profiles)))
+    assert len({profile.print_id for profile in profiles}) == 1
+    stamps = [stamp(profile) for profile in profiles]
+    assert stamps == sorted(set(stamps))
+    printing = [profile for profile in profiles if stamp(profile) < live.end_ns - 2e9]
+    reach = [profile.arc_length[-1] for profile in printing]
+    assert len(printing) >= 4
+    assert (np.diff(reach) > 0).all()
+    # As far as the nozzle had come at the stamp, but for the poses that smoothing waits for.
+    laid = JOB.laid((np.array([stamp(each) for each in printing]) - live.start_ns) * 1e-9)
+    assert reach == pytest.approx(laid, abs=0.15 * SPEED)
+
+
+def test_advice_follows_each_profile(live: LivePrint) -> None:
+    assert [stamp(advice) for advice in live.advice] == [stamp(each) for each in live.profiles]
+    results = [name for name in live.order if name in (topics.PROFILE, topics.ADVICE)]
+    assert results == [topics.PROFILE, topics.ADVICE] * len(live.profiles)
+    for advice, profile in zip(live.advice, live.profiles, strict=True):
+        assert advice.print_id == profile.print_id
+        assert advice.target_thickness == TARGET
+        assert stamp_to_ns(advice.valid_until) > stamp(advice)
+        assert advice.window_end <= profile.arc_length[-1]
+    valid = [advice for advice in live.advice if advice.valid]
+    assert valid
+    for advice in valid:
+        # More ink in proportion to the area of the bead; the speed the other way round.
+        ratio = (TARGET / advice.measured_thickness)**2
+        assert advice.flow_rate_scale in (1.0, pytest.approx(ratio, abs=1e-6))
+        assert advice.flow_rate_scale * advice.speed_scale == pytest.approx(1.0)
+
+
+@pytest.mark.accuracy
+def test_final_profile_is_the_truth(live: LivePrint) -> None:
+    compared = compare(profile_from_message(live.profiles[-1]), JOB)
+    assert compared.s.min() < 1e-3
+    assert compared.s.max() > JOB.length - 1e-3
+    expect_the_truth(compared, pixel_size(JOB))
+
+
+@pytest.mark.accuracy
+def test_every_gap_is_found(live: LivePrint) -> None:
+    compared = compare(profile_from_message(live.profiles[-1]), JOB)
+    wanted = np.array(sorted(JOB.commanded.gaps.tolist() + JOB.faults.tolist()))
+    assert run_extents(compared.gap, compared.s) == pytest.approx(wanted, abs=0.6e-3)
+    # The extruder runs through the fault in the middle, and pauses in the planned gaps.
+    extruding = [compared.profile.extruding[(compared.s > start) & (compared.s < end)].mean()
+                 for start, end in wanted]
+    assert [share > 0.5 for share in extruding] == [False, True, False]
+
+
+@pytest.mark.accuracy
+def test_node_started_late_measures_the_same_print(live: LivePrint) -> None:
+    last, late = live.profiles[-1], live.late_profiles[0]
+    assert late.print_id == last.print_id
+    assert late.arc_length[:len(last.arc_length)] == last.arc_length
+    assert late.capture == 0  # of this node's
+    expect_the_truth(compare(profile_from_message(late), JOB), pixel_size(JOB))
