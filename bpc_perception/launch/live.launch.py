@@ -1,0 +1,66 @@
+"""The nodes on a real printer's topics; robot and extruder publish by themselves."""
+
+from __future__ import annotations
+
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+# What the nodes subscribe to, by the launch argument that names another topic for it.
+TOPICS = {
+    'pose_topic': 'end_effector_pose',
+    'extrusion_topic': 'extrusion_state',
+    'image_topic': 'color/image_color',
+    'camera_info_topic': 'color/camera_info',
+    'cloud_topic': 'points/xyzrgba',
+}
+
+
+def nodes(context: LaunchContext) -> list[Node]:
+    """The nodes that the arguments ask for."""
+    given = {name: LaunchConfiguration(name).perform(context) for name in (
+        'params_file', 'hand_eye_file', 'namespace', 'use_sim_time', 'camera',
+        'camera_settings_file', *TOPICS)}
+    parameters = [given['params_file']] if given['params_file'] else []
+    parameters.append({'use_sim_time': given['use_sim_time'] == 'true'})
+    remappings = [(topic, given[argument]) for argument, topic in TOPICS.items()
+                  if given[argument] != topic]
+    common = {'namespace': given['namespace'], 'remappings': remappings, 'output': 'screen'}
+    started = [
+        Node(package='bpc_perception', executable='path_recorder', name='path_recorder',
+             parameters=parameters, **common),
+        Node(package='bpc_perception', executable='thickness', name='thickness',
+             parameters=[*parameters, {'hand_eye_file': given['hand_eye_file']}], **common),
+    ]
+    if given['camera'] == 'vendor':
+        started.append(Node(
+            package='zivid_camera', executable='zivid_camera', name='zivid_camera',
+            parameters=[*parameters, {'settings_file_path': given['camera_settings_file']}],
+            **common))
+    return started
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Arguments, then nodes."""
+    return LaunchDescription([
+        DeclareLaunchArgument(
+            'hand_eye_file', description='Hand-eye calibration (easy_handeye2 .calib).'),
+        DeclareLaunchArgument(
+            'params_file', default_value='', description='ROS parameter file; empty = defaults.'),
+        DeclareLaunchArgument(
+            'namespace', default_value='', description='Namespace of all nodes.'),
+        DeclareLaunchArgument(
+            'use_sim_time', default_value='false', choices=('true', 'false'),
+            description='Whether time comes from /clock.'),
+        DeclareLaunchArgument(
+            'camera', default_value='none', choices=('none', 'vendor'),
+            description='vendor = start zivid_camera; none = the camera publishes already.'),
+        DeclareLaunchArgument(
+            'camera_settings_file', default_value='',
+            description='With camera:=vendor: its capture settings (.yml).'),
+        *(DeclareLaunchArgument(argument, default_value=topic,
+                                description=f'The topic to use for {topic}.')
+          for argument, topic in TOPICS.items()),
+        OpaqueFunction(function=nodes),
+    ])

@@ -1,0 +1,65 @@
+"""The nodes on the synthetic printer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import tempfile
+import time
+
+from ament_index_python.packages import get_package_share_directory
+from bpc_sim.config import SimConfig
+from bpc_sim.sample import hand_eye, parameters
+from bpc_sim.scenarios import SCENARIOS
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+import yaml
+
+START_DELAY = 3.0  # until all nodes have found each other [s]
+
+
+def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """The live nodes, and robot, extruder and camera of a simulated print."""
+    given = {name: LaunchConfiguration(name).perform(context)
+             for name in ('scenario', 'speed', 'rate', 'target', 'namespace')}
+    namespace = given['namespace']
+    sim = SimConfig(scenario=given['scenario'], speed=float(given['speed']),
+                    start_time_ns=time.time_ns() + round(START_DELAY * 1e9))
+    common = {'scenario': sim.scenario, 'speed': sim.speed, 'start_time_ns': sim.start_time_ns}
+    folder = Path(tempfile.mkdtemp(prefix='bpc_sim-'))
+    calibration, settings = folder / 'hand_eye.calib', folder / 'params.yaml'
+    calibration.write_text(yaml.safe_dump(hand_eye(sim.job())))
+    job_parameters = parameters(sim.job(), float(given['target']))
+    settings.write_text(yaml.safe_dump(
+        {f'/**/{node}': values for node, values in job_parameters.items()}))
+    live = Path(get_package_share_directory('bpc_perception'), 'launch', 'live.launch.py')
+    return [
+        IncludeLaunchDescription(
+            str(live), launch_arguments={
+                'hand_eye_file': str(calibration), 'params_file': str(settings),
+                'namespace': namespace}.items()),
+        Node(package='bpc_sim', executable='synthetic_robot', name='synthetic_robot',
+             namespace=namespace, parameters=[common], output='screen'),
+        Node(package='bpc_sim', executable='synthetic_extruder', name='synthetic_extruder',
+             namespace=namespace, parameters=[common], output='screen'),
+        Node(package='bpc_perception', executable='camera_driver', name='camera_driver',
+             namespace=namespace, output='screen',
+             parameters=[{**common, 'back_end': 'synthetic', 'rate': float(given['rate'])}]),
+    ]
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Arguments, then nodes."""
+    return LaunchDescription([
+        DeclareLaunchArgument('scenario', default_value='spiral_gaps', choices=tuple(SCENARIOS),
+                              description='What is printed.'),
+        DeclareLaunchArgument('speed', default_value='0.003',
+                              description='Of the nozzle [m/s].'),
+        DeclareLaunchArgument('rate', default_value='0.5', description='Captures a second.'),
+        DeclareLaunchArgument('target', default_value='0.002',
+                              description='Thickness wanted [m].'),
+        DeclareLaunchArgument(
+            'namespace', default_value='', description='Namespace of all nodes.'),
+        OpaqueFunction(function=actions),
+    ])
