@@ -38,6 +38,8 @@ setup(
     entry_points={
         'console_scripts': [
             'bpc = bpc_perception.cli:main',
+            'bag_player = bpc_perception.nodes.bag_player:main',
+            'bag_recorder = bpc_perception.nodes.bag_recorder:main',
             'camera_driver = bpc_perception.nodes.camera_driver:main',
             'path_recorder = bpc_perception.nodes.path_recorder:main',
             'thickness = bpc_perception.nodes.thickness:main',
