@@ -31,10 +31,21 @@ def run(make_node: Callable[[], Node]) -> None:
     """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start."""
     rclpy.init()
     try:
+        _spin(make_node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except Exception:  # half-made nodes raise all sorts of things when told to end while starting
+        if rclpy.ok():
+            raise
+    finally:
+        rclpy.try_shutdown()
+
+
+def _spin(make_node: Callable[[], Node]) -> None:
+    try:
         node = make_node()
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
         sys.exit(REFUSED)
     logging.getLogger('bpc_perception').addHandler(RosLogHandler(node))
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
@@ -42,8 +53,5 @@ def run(make_node: Callable[[], Node]) -> None:
     executor.add_node(node)
     try:
         executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
     finally:
         node.destroy_node()
-        rclpy.try_shutdown()
