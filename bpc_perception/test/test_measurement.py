@@ -197,6 +197,14 @@ def test_what_stands_in_front_occludes(measured: Measure, image: NDArray[np.uint
     np.testing.assert_allclose(numbers, WIDTH_TRUE, atol=1.01 * PIXEL)
 
 
+def test_the_published_method_measures_nothing_while_something_stands_among_the_print() -> None:
+    # Its outline joins the print's, and then any width may be wrong.
+    capture = capture_of(band_image(), LATER)
+    capture.cloud[:80, 78:83, 2] -= 0.03
+    profile = measure(capture, PATH, DOWN, PAPER)
+    assert set(profile.status) == {Status.OCCLUDED, Status.LOW_CONFIDENCE}
+
+
 def test_where_the_nozzle_was_lifted_there_is_no_sample(measured: Measure) -> None:
     lifted = PATH.points.copy()
     lifted[:20, 2] = 0.05
