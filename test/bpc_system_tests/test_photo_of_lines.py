@@ -186,7 +186,9 @@ def test_default_takes_no_gap_for_ink(default_lines: Lines, panel: int, line: in
     status = default_lines.profile.status[default_lines.on(panel, line, start, end)]
     # At its ends, less than a sample each, a gap may pass for ink: the eye is no surer.
     assert (status[1:-1] != Status.MEASURED).all()
-    assert np.mean(status == Status.GAP) > 0.8
+    # In the first millimetre the ink runs out in a hair, of which nothing need be said.
+    status = default_lines.profile.status[default_lines.on(panel, line, start + 1.0, end)]
+    assert np.count_nonzero(status != Status.GAP) <= 1
 
 
 @pytest.mark.parametrize('panel', range(3))

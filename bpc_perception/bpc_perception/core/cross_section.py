@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
@@ -35,7 +36,11 @@ Index = NDArray[np.intp]
 SETTLED = 2.0  # behind an edge the bed must be seen for so long [pixels]
 PLATEAU = (1.5, 3.5)  # from the edge to where its two levels are read [pixels]
 RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
-BRIGHT = 5.0  # brighter than the bed by so many sigma is no bed but glare
+BRIGHT = 5.0  # brighter than ink and bed by so many sigma is glare
+SMOOTHING_GAIN = 0.61  # root of (1 + 4 + 1) / 16, for noise that is independent
+PASSES = 3  # of reading levels and moving the edge
+HALO = 2.5  # around glare the lens spreads its light so far [pixels]
+SPIKE = 1.0  # an edge so far from those around it is a flaw of the image [pixels]
 
 
 @dataclass(frozen=True)
@@ -46,13 +51,14 @@ class Light:
         bed: (2, N, 3) colours of the bed to the right and to the left.
         weight: (N, 3) how to weigh colour channels, so that a step from bed to ink is 1.
         noise: (N,) 1-sigma noise of a colour so weighed; large = ink is not told from bed.
-        brightness_noise: 1-sigma noise of the bed's mean of red, green and blue.
+        glare_from: (2, N) brightness, the mean of red, green and blue, above which a sample is
+            brighter than ink and bed are.
     """
 
     bed: Array
     weight: Array
     noise: Array
-    brightness_noise: float
+    glare_from: Array
 
 
 @dataclass(frozen=True)
@@ -79,10 +85,13 @@ def measure_cross_sections(
     sections = lay_sections(capture, points, T_base_camera, bed, config)
     light = find_light(sections, extruding)
     ink = ink_share(sections, light)
-    right, left = (find_edges(sections, light, ink, side) for side in (0, 1))
+    right, left = (find_edges(sections, light.noise, ink, side) for side in (0, 1))
     width = left.distance + right.distance
 
-    centre = ink[:, np.abs(sections.offset) <= sections.pixel].mean(axis=1)
+    # Of the middle third, so that a spot of glare on the path does no harm.
+    typical = running_median(width, 2 * round(0.005 / sections.spacing) + 1)
+    reach = np.fmax(typical / 6, sections.pixel)[:, None]
+    centre = masked_median(ink, (np.abs(sections.offset) <= reach) & np.isfinite(ink))
     status = np.full(len(points), Status.LOW_CONFIDENCE, np.uint8)
     status[(centre >= 0.5 + RIM) & np.isfinite(width)] = Status.MEASURED
     status[(np.abs(centre) <= 0.5 - RIM) & ~sections.raised] = Status.GAP
@@ -91,7 +100,7 @@ def measure_cross_sections(
     status[inked & (left.hidden | right.hidden)] = Status.OCCLUDED
     status[light.noise > config.maximum_noise] = Status.LOW_CONFIDENCE
     status[(status == Status.MEASURED) & leans_over_gap(sections, status)] = Status.LOW_CONFIDENCE
-    crossing = meets_itself(sections, np.where(status == Status.MEASURED, width, np.nan), inked)
+    crossing = meets_itself(sections, typical, inked)
     status[crossing & inked] = Status.JUNCTION
     middle = len(sections.offset) // 2
     status[~sections.inside[:, middle] | ~sections.depth] = Status.NO_DATA
@@ -125,7 +134,8 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
     contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
     laid = np.isfinite(contrast) & (extruding if extruding.any() else True)
     if not laid.any():
-        return Light(bed, np.zeros_like(step), np.full(len(step), np.inf), np.inf)
+        unknown = np.full(len(step), np.inf)
+        return Light(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)))
     typical = np.median(step[laid & (contrast >= np.median(contrast[laid]))], axis=0)
 
     # Fisher's direction, twice: what varies within the ink, its shading, is seen only once it
@@ -139,39 +149,47 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
         weight /= np.einsum('ni,ni->n', local, weight)[:, None]
         inked = np.einsum('nmk,nk->nm', around_bed, weight) > 0.6
         inner = inked & np.roll(inked, 1, axis=1) & np.roll(inked, -1, axis=1) & visible
-        within = (colour - centre[:, None])[inner & (share > 0.5)[:, None]]
-        spread = bed_spread + _robust_covariance(within)
+        inner &= (share > 0.5)[:, None]
+        # All of the ink, not its middle alone, where light from above is reflected.
+        ink = masked_median(colour, inner)
+        step = np.where(inner.any(axis=1)[:, None], ink - bed.mean(axis=0), step)
+        spread = bed_spread + _robust_covariance((colour - ink[:, None])[inner])
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
-    return Light(bed, weight, noise, float(np.sqrt(bed_spread.sum()) / 3))
+    brightness = np.maximum(bed.mean(axis=2), (bed.mean(axis=0) + local).mean(axis=1))
+    return Light(bed, weight, noise, brightness + BRIGHT * np.sqrt(spread.sum()) / 3)
 
 
 def ink_share(sections: Sections, light: Light) -> Array:
-    """How much of each sample (N, M) is ink: 0 = bed, 1 = ink; NaN where it is not seen."""
+    """How much of each sample (N, M) is ink: 0 = bed, 1 = ink; NaN where it is not seen.
+
+    In and around glare the colour of what shines is not seen either.
+    """
     middle = len(sections.offset) // 2
     share = np.empty(sections.colour.shape[:2])
+    glare = np.zeros(share.shape, np.uint8)
+    brightness = sections.colour.mean(axis=2)
     for side, part in ((0, slice(None, middle)), (1, slice(middle, None))):
         share[:, part] = np.einsum(
             'nmk,nk->nm', sections.colour[:, part] - light.bed[side][:, None], light.weight)
-    share[~sections.visible] = np.nan
+        glare[:, part] = brightness[:, part] > light.glare_from[side][:, None]
+    across = 2 * round(HALO / STEP) + 1
+    along = 2 * round(HALO * sections.pixel / sections.spacing) + 1
+    glare = np.asarray(cv2.dilate(glare, np.ones((along, across), np.uint8)), np.uint8)
+    share[~sections.visible | (glare > 0)] = np.nan
     return share
 
 
-def find_edges(sections: Sections, light: Light, ink: Array, side: int) -> Edges:
+def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges:
     """The first edges outward on the right (0) or left (1) side."""
     middle = len(sections.offset) // 2
     outward = slice(middle, None) if side else slice(middle, None, -1)
     share = ink[:, outward]
-    bright = (sections.colour[:, outward].mean(axis=2) - light.bed[side].mean(axis=1)[:, None]
-              > BRIGHT * light.brightness_noise)
-    # Ink darker than its bed may shine brighter than it; what is brighter than both is glare.
-    glare = bright & (light.weight.sum(axis=1) < 0)[:, None] & (share < 0.5)
-    outside = (share < 0.5) & ~glare
+    outside = share < 0.5  # False where it is not seen
     run = round(SETTLED / STEP)
     total = np.pad(np.cumsum(outside, axis=1), ((0, 0), (1, 0)))
-    settled = total[:, run:] - total[:, :-run] == run
+    settled: Flags = np.equal(total[:, run:] - total[:, :-run], run)
     first = np.argmax(settled, axis=1)
     found = settled.any(axis=1) & (first > 0)
-    row = np.arange(len(share))
     limit = np.where(found, first, share.shape[1])
     before = np.arange(share.shape[1]) < limit[:, None]
     hidden = (sections.hidden[:, outward] & before).any(axis=1)
@@ -180,45 +198,63 @@ def find_edges(sections: Sections, light: Light, ink: Array, side: int) -> Edges
     position, slope = refine(share, np.maximum(first, 1))
     step = STEP * sections.pixel
     ok = found & ~hidden & ~missing & np.isfinite(position)
-    return Edges(np.where(ok, position * step, np.nan),
-                 np.where(ok, light.noise * step / slope, np.nan)[row], hidden, missing)
+    distance = np.where(ok, position * step, np.nan)
+    sigma = np.where(ok, noise * step / slope, np.nan)
+    around = running_median(distance, 5)
+    spike = np.abs(distance - around) > np.maximum(4 * sigma, SPIKE * sections.pixel)
+    distance[spike], sigma[spike] = np.nan, np.nan
+    smooth = smoothed(distance)
+    return Edges(smooth, sigma * np.where(smooth == distance, 1.0, SMOOTHING_GAIN), hidden,
+                 missing)
+
+
+def smoothed(values: Array) -> Array:
+    """Values (N,) with 1/4 of each neighbour's mixed in, where both are known."""
+    result = values.copy()
+    middle = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
+    result[1:-1] = np.where(np.isfinite(middle), middle, values[1:-1])
+    return result
 
 
 def refine(share: Array, first: Index) -> tuple[Array, Array]:
     """Where (N,) shares (N, K) pass half-way between the levels on either side, and how steeply.
 
     Levels are read beside the edge itself, since light, shade and a camera's blur near the
-    end of a run change them from place to place. The half-way crossing is then moved to
-    where as much ink lies outside as bed inside, which holds for whole pixels as well. In samples
-    from the path; NaN = no edge.
+    end of a run change them from place to place; and again from where that moves the edge to. The
+    half-way crossing is then moved to where as much ink lies outside as bed inside, which
+    holds for whole pixels as well. In samples from the path; NaN = no edge.
     """
     near, far = (round(distance / STEP) for distance in PLATEAU)
     row = np.arange(len(share))[:, None]
+    steps = np.arange(near, far + 1)
 
     def read(index: Index) -> Array:
         return share[row, np.clip(index, 0, share.shape[1] - 1)]
 
     start = first[:, None]
-    inner = np.median(read(start - 1 + np.arange(-far, 1 - near)), axis=1)
-    outer = np.median(read(start + np.arange(near, far + 1)), axis=1)
-    scale = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer, np.nan)
-    index = start + np.arange(-near - 1, near + 1)
-    values = (read(index) - outer[:, None]) / scale[:, None] - 0.5
-    falls = (values[:, :-1] >= 0) & (values[:, 1:] < 0)
-    nearest = np.argmin(np.where(falls, np.abs(index[:, :-1] + 0.5 - start), np.inf), axis=1)
-    above, below = (values[row[:, 0], nearest + step] for step in (0, 1))
-    slope = np.where(falls.any(axis=1), above - below, np.nan)
-    crossing = index[row[:, 0], nearest] + above / slope
+    for _ in range(PASSES):
+        inner = np.median(read(start - 1 - steps), axis=1)
+        outer = np.median(read(start + steps), axis=1)
+        step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer,
+                        np.nan)
+        index = start + np.arange(-near - 1, near + 1)
+        values = (read(index) - outer[:, None]) / step[:, None] - 0.5
+        falls = (values[:, :-1] >= 0) & (values[:, 1:] < 0)
+        nearest = np.argmin(np.where(falls, np.abs(index[:, :-1] + 0.5 - start), np.inf), axis=1)
+        above, below = (values[row[:, 0], nearest + ahead] for ahead in (0, 1))
+        slope = np.where(falls.any(axis=1), above - below, np.nan)
+        crossing = index[row[:, 0], nearest] + above / slope
+        start = np.where(np.isfinite(crossing), np.ceil(crossing), 1).astype(np.intp)[:, None]
 
     reach = np.linspace(-near, near, 4 * near + 1)
     place = np.where(np.isfinite(crossing), crossing, 1.0)[:, None] + reach
     base = np.floor(place).astype(np.intp)
     part = place - base
     values = (1 - part) * read(base) + part * read(base + 1)
-    values = (values - outer[:, None]) / scale[:, None] - 0.5
+    values = (values - outer[:, None]) / step[:, None] - 0.5
     surplus = trapezoid(values, reach, axis=1)
     shift = surplus / np.maximum(values[:, 0] - values[:, -1], 0.5)
-    return crossing + np.clip(shift, -1.0, 1.0), slope
+    return crossing + np.clip(shift, -1.0, 1.0), slope * step
 
 
 def leans_over_gap(sections: Sections, status: StatusArray) -> Flags:
@@ -238,11 +274,13 @@ def leans_over_gap(sections: Sections, status: StatusArray) -> Flags:
     return np.asarray(leaning & (np.where(sections.lean > 0, ahead, behind) < reach))
 
 
-def meets_itself(sections: Sections, width: Array, inked: Flags) -> Flags:
-    """Where (N,) another stretch of the path runs so near that its ink touches this one's."""
-    typical = running_median(width, 2 * round(0.005 / sections.spacing) + 1)
+def meets_itself(sections: Sections, typical: Array, inked: Flags) -> Flags:
+    """Where (N,) another stretch of the path runs so near that its ink touches this one's.
+
+    ``typical`` (N,) are the widths to be expected [m].
+    """
     if not np.isfinite(typical).any():
-        return np.zeros(len(width), bool)
+        return np.zeros(len(typical), bool)
     foot = sections.foot
     half = typical / 2 + sections.pixel
     pairs = cKDTree(foot[inked]).query_pairs(2 * float(half.max()), output_type='ndarray')
@@ -253,7 +291,7 @@ def meets_itself(sections: Sections, width: Array, inked: Flags) -> Flags:
     # A stretch that bends back on itself is longer than half a circle on that chord.
     touching = (distance < half[one] + half[other]) & (along > np.pi / 2 * distance) & (
         along > half[one] + half[other])
-    met = np.zeros(len(width), bool)
+    met = np.zeros(len(typical), bool)
     met[one[touching]] = True
     met[other[touching]] = True
     return met

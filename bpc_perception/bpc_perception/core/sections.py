@@ -90,7 +90,7 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     height, place = _heights(capture, foot, lateral, offset[coarse], normal, T_base_camera)
     side_height, side_place = [], []
     for chosen in (place < 0, place > 0):
-        mask = chosen & beside[:, coarse] & np.isfinite(height)
+        mask = chosen & beside[:, coarse] & (np.abs(height) < config.obstacle_height)
         side_height.append(masked_median(height, mask))
         side_place.append(masked_median(place, mask))
     window = 2 * round(WINDOW / 2 / spacing) + 1
