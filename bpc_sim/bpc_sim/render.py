@@ -1,7 +1,8 @@
 """A structured-light capture of a deposit on its bed, with the nozzle in front.
 
 Rays are met with the bed and with the bead's parabolic cross-section in closed form: in the frame
-of the path's tangent and normal a ray is a straight line, and the bead below it a parabola.
+of the path's tangent and normal a ray is a straight line, and the bead below it a parabola. On a
+curved bed a ray is straight enough over the height of a bead.
 Pixels at an edge take the mean colour of a grid of rays: edges are where geometry puts them, to
 about a hundredth of a pixel.
 """
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from bpc_sim.camera import rays, View
 from bpc_sim.deposit import Deposit
 from bpc_sim.imaging import Colour, expose, Imaging, mix
+from bpc_sim.surfaces import Plane, Surface
 
 
 @dataclass(frozen=True)
@@ -65,20 +67,22 @@ class Sensor:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Ink on a plane bed, and perhaps the nozzle.
+    """Ink on a bed, and perhaps the nozzle.
 
     Attributes:
-        deposit: the ink, in the surface frame.
+        deposit: the ink, in coordinates along the bed.
         T_base_surface: (4, 4) pose of the bed; its z axis is the outward normal.
         T_base_tip: (4, 4) pose of the nozzle's tip, z out of the tip along the tool; None
             without one.
         nozzle: its shape.
+        surface: the bed's shape.
     """
 
     deposit: Deposit
     T_base_surface: Array
     T_base_tip: Array | None = None
     nozzle: Nozzle = field(default_factory=Nozzle)
+    surface: Surface = field(default_factory=Plane)
 
 
 @dataclass(frozen=True)
@@ -111,13 +115,14 @@ def render(scene: Scene, view: View, sensor: Sensor, rng: np.random.Generator,
     eye = T_surface_camera[:3, 3]
 
     directions = rays(camera, centres)
-    ground, lean, depth = _ground(directions, T_surface_camera)
-    footprint = _meet(scene.deposit, ground, lean, np.zeros(ground.shape[:2]))
-    hits = _refine(scene.deposit, ground, lean, footprint)
-    nozzle_depth = _nozzle_depth(directions, scene, view)
+    seen = directions @ T_surface_camera[:3, :3].T
+    ground, lean, depth = scene.surface.meet(eye, seen, np.zeros(seen.shape[:2]))
+    footprint = _meet(scene, eye, seen, np.zeros(seen.shape[:2]))
+    hits = _refine(scene, eye, seen, footprint)
+    metal_depth = nozzle_depth(directions, scene, view)
 
     ink = hits.hit.astype(np.float64)[:, 0]
-    metal = np.isfinite(nozzle_depth).astype(np.float64)[:, 0]
+    metal = np.isfinite(metal_depth).astype(np.float64)[:, 0]
     pixel = depth[:, 0] / camera.focal_length
     # A bead that leans away hides a little of the bed behind it.
     hidden = scene.deposit.height_ratio * scene.deposit.max_width * np.linalg.norm(
@@ -127,25 +132,24 @@ def render(scene: Scene, view: View, sensor: Sensor, rng: np.random.Generator,
     steps = (np.arange(sensor.supersample) + 0.5) / sensor.supersample - 0.5
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     fine = rays(camera, centres[edge] + grid)
-    fine_metal = np.isfinite(_nozzle_depth(fine, scene, view))
-    fine_ground, fine_lean, _ = _ground(fine, T_surface_camera)
-    fine_hits = _meet(scene.deposit, fine_ground, fine_lean, np.zeros(fine_ground.shape[:2]))
+    fine_metal = np.isfinite(nozzle_depth(fine, scene, view))
+    fine_hits = _meet(scene, eye, fine @ T_surface_camera[:3, :3].T, np.zeros(fine.shape[:2]))
     metal[edge] = fine_metal.mean(axis=1)
     # Of what the nozzle leaves free.
     ink[edge] = ((fine_hits.hit & ~fine_metal).sum(axis=1)
                  / np.maximum((~fine_metal).sum(axis=1), 1))
 
     lamp = transform(T_surface_camera, np.array((0.11, 0.0, 0.0)))
-    diffuse, reflected = _lighting(hits, ground, eye, lamp)
+    bed_diffuse, diffuse, reflected = _lighting(scene.surface, hits, ground[:, 0], eye, lamp)
     colour = (np.asarray(sensor.imaging.ink) * (1 - sensor.shading * (1 - diffuse))[:, None]
               + 255 * sensor.gloss * reflected[:, None])
-    light = mix(scene.nozzle.colour, mix(colour, sensor.imaging.bed, ink), metal)
+    bed = np.asarray(sensor.imaging.bed) * (1 - sensor.shading * (1 - bed_diffuse))[:, None]
+    light = mix(scene.nozzle.colour, mix(colour, bed, ink), metal)
     image = expose(light.reshape(*shape, 3), (ink * (1 - metal)).reshape(shape),
                    sensor.imaging, rng)
 
-    # The point on the ray at height h above the bed is nearer by the same part of the ray.
-    surface_depth = depth * (1 - hits.height / eye[2])
-    z = np.fmin(surface_depth, nozzle_depth)[:, 0]
+    surface_depth = scene.surface.meet(eye, seen, hits.height)[2]
+    z = np.fmin(surface_depth, metal_depth)[:, 0]
     z = z + rng.normal(0.0, 1.0, len(z)) * sensor.depth_noise * (z / 0.4)**2
     rim = np.abs(hits.margin[:, 0]) < pixel
     missing = rng.uniform(size=len(z)) < np.where(rim, sensor.rim_dropout, sensor.dropout)
@@ -155,28 +159,14 @@ def render(scene: Scene, view: View, sensor: Sensor, rng: np.random.Generator,
                    cloud.reshape(*shape, 3).astype(np.float32), camera)
 
 
-def _ground(directions: Array, T_surface_camera: Array) -> tuple[Array, Array, Array]:
-    """Where rays (N, M, 3) of the optical frame meet the bed.
+def _meet(scene: Scene, eye: Array, directions: Array, at_height: Array) -> Hits:
+    """Meet rays (N, M, 3) with the bead, in the path's frame below their points ``at_height``.
 
-    Returns:
-        The points (N, M, 2) in the surface frame; how far a ray moves sideways per height above
-        the bed (N, M, 2); the depth (N, M) in the optical frame. NaN where it misses the bed.
+    The nearer that height (N, M) is to the hit, the less the curvature of path and bed matters.
     """
-    eye = T_surface_camera[:3, 3]
-    directions = directions @ T_surface_camera[:3, :3].T
-    fall = np.where(directions[..., 2] < 0, directions[..., 2], np.nan)
-    depth = -eye[2] / fall
-    return (eye[:2] + depth[..., None] * directions[..., :2],
-            directions[..., :2] / fall[..., None], depth)
-
-
-def _meet(deposit: Deposit, ground: Array, lean: Array, at_height: Array) -> Hits:
-    """Meet rays with the bead, in the path's frame below the ray's point ``at_height`` (N, M).
-
-    ``ground`` and ``lean`` (N, M, 2) as from _ground. The nearer that height is to the hit, the
-    less the path's curvature matters.
-    """
-    location = deposit.locate(ground + lean * at_height[..., None])
+    deposit = scene.deposit
+    places, lean, _ = scene.surface.meet(eye, directions, at_height)
+    location = deposit.locate(places)
     cos, sin = np.cos(location.heading), np.sin(location.heading)
     along = cos * lean[..., 0] + sin * lean[..., 1]
     across = cos * lean[..., 1] - sin * lean[..., 0]
@@ -216,12 +206,12 @@ def _wall_height(deposit: Deposit, s: Array, along: Array, highest: Array) -> Ar
     return height
 
 
-def _refine(deposit: Deposit, ground: Array, lean: Array, hits: Hits) -> Hits:
-    """The hits again, each in the path's frame at the hit itself."""
+def _refine(scene: Scene, eye: Array, directions: Array, hits: Hits) -> Hits:
+    """The hits of rays (N, M, 3) again, each in the path's frame at the hit itself."""
     chosen = np.flatnonzero(hits.hit.any(axis=1))
     if not len(chosen):
         return hits
-    better = _meet(deposit, ground[chosen], lean[chosen], hits.height[chosen])
+    better = _meet(scene, eye, directions[chosen], hits.height[chosen])
     refined = {}
     for name in ('height', 'slope', 'heading', 'margin'):
         refined[name] = getattr(hits, name).copy()
@@ -229,7 +219,14 @@ def _refine(deposit: Deposit, ground: Array, lean: Array, hits: Hits) -> Hits:
     return Hits(hits.hit, **refined)
 
 
-def _nozzle_depth(directions: Array, scene: Scene, view: View) -> Array:
+def meets_ink(directions: Array, scene: Scene, view: View) -> NDArray[np.bool_]:
+    """Whether rays (N, M, 3) of the optical frame meet the bead (N, M)."""
+    T_surface_camera = invert(scene.T_base_surface) @ view.T_base_camera
+    return _meet(scene, T_surface_camera[:3, 3], directions @ T_surface_camera[:3, :3].T,
+                 np.zeros(directions.shape[:2])).hit
+
+
+def nozzle_depth(directions: Array, scene: Scene, view: View) -> Array:
     """Depth (N, M) at which rays (N, M, 3) of the optical frame meet the nozzle; NaN if not."""
     if scene.T_base_tip is None:
         return np.full(directions.shape[:2], np.nan)
@@ -258,21 +255,28 @@ def _outline(mask: Array) -> NDArray[np.bool_]:
     return cv2.dilate(mask8, kernel) != cv2.erode(mask8, kernel)
 
 
-def _lighting(hits: Hits, ground: Array, eye: Array, lamp: Array) -> tuple[Array, Array]:
-    """Light (N,) that the bead at each pixel scatters, relative to the flat bed, and reflects.
+def _lighting(surface: Surface, hits: Hits, ground: Array, eye: Array,
+              lamp: Array) -> tuple[Array, Array, Array]:
+    """Light that bed (N,) and bead (N,) scatter at places (N, 2), and that the bead reflects (N,).
 
-    ``eye`` and ``lamp`` (3,) in the surface frame.
+    What they scatter is relative to a bed that is level where the surface frame is; ``eye`` and
+    ``lamp`` (3,) in that frame.
     """
-    diffuse, reflected = np.ones(len(ground)), np.zeros(len(ground))
+    bed, diffuse, reflected = np.ones(len(ground)), np.ones(len(ground)), np.zeros(len(ground))
+    hit = np.flatnonzero(np.isfinite(ground[:, 0]))
+    to_lamp = _unit(lamp - surface.points(ground[hit], np.zeros(len(hit))))
+    upward = surface.axes(ground[hit])[:, 2]
+    bed[hit] = np.clip((upward * to_lamp).sum(axis=1) / to_lamp[:, 2], 0, None)
     ink = np.flatnonzero(hits.hit[:, 0])
     slope, heading = hits.slope[ink, 0], hits.heading[ink, 0]
     normal = _unit(np.stack((slope * np.sin(heading), -slope * np.cos(heading),
                              np.ones(len(ink))), axis=1))
-    point = np.concatenate((ground[ink, 0], hits.height[ink]), axis=1)
+    normal = np.einsum('ij,ijk->ik', normal, surface.axes(ground[ink]))
+    point = surface.points(ground[ink], hits.height[ink, 0])
     to_lamp, to_eye = _unit(lamp - point), _unit(eye - point)
     diffuse[ink] = np.clip((normal * to_lamp).sum(axis=1) / to_lamp[:, 2], 0, None)
     reflected[ink] = np.clip((normal * _unit(to_lamp + to_eye)).sum(axis=1), 0, None)**80
-    return diffuse, reflected
+    return bed, diffuse, reflected
 
 
 def _unit(vectors: Array) -> Array:
