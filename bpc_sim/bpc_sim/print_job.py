@@ -142,12 +142,15 @@ class PrintJob:
 
         The number seeds the noise: a capture can be made again.
         """
+        return render(self.scene(t), self.view, self.sensor,
+                      np.random.default_rng((self.seed, number)), stamp_ns)
+
+    def scene(self, t: float) -> Scene:
+        """What stands before the camera at time t [s]."""
         T_flange_tip = np.eye(4)
         T_flange_tip[:3, 3] = self.nozzle_offset
-        scene = Scene(replace(self.deposit, laid=float(self.laid(t))), self.T_base_surface,
-                      self.flange_pose(t) @ T_flange_tip, self.nozzle)
-        return render(scene, self.view, self.sensor, np.random.default_rng((self.seed, number)),
-                      stamp_ns)
+        return Scene(replace(self.deposit, laid=float(self.laid(t))), self.T_base_surface,
+                     self.flange_pose(t) @ T_flange_tip, self.nozzle)
 
     @cached_property
     def _plunger_table(self) -> tuple[Array, Array]:

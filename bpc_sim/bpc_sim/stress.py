@@ -6,9 +6,10 @@ from collections.abc import Callable
 from functools import partial
 
 from bpc_sim import planar_stress as planar
+from bpc_sim import solid_stress as solid
 from bpc_sim.truth import judge, StressScene, Truth
 
-__all__ = ['PLANAR', 'STRESS', 'StressScene', 'Truth', 'judge']
+__all__ = ['PLANAR', 'SOLID', 'STRESS', 'StressScene', 'Truth', 'judge']
 
 Builder = Callable[[int], StressScene]
 
@@ -38,5 +39,14 @@ PLANAR: dict[str, Builder] = {
     'gaps_and_ends': planar.gaps_and_ends,
 }
 
+SOLID: dict[str, Builder] = {
+    **{name: partial(spiral.scene, name) for name, spiral in solid.SPIRALS.items()},
+    'nozzle_in_view': solid.nozzle_in_view,
+    'hardware_line': solid.hardware_line,
+    'hardware_fermat': solid.hardware_fermat,
+    'hardware_archimedean': solid.hardware_archimedean,
+    'hardware_archimedean_gaps': solid.hardware_archimedean_gaps,
+}
+
 # From a seed to the scene; the same seed gives the same scene, to the bit.
-STRESS: dict[str, Builder] = {**PLANAR}
+STRESS: dict[str, Builder] = {**PLANAR, **SOLID}
