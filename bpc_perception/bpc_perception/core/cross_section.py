@@ -36,7 +36,7 @@ Index = NDArray[np.intp]
 SETTLED = 2.0  # behind an edge the bed must be seen for so long [pixels]
 PLATEAU = (1.5, 3.5)  # from the edge to where its two levels are read [pixels]
 RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
-BRIGHT = 5.0  # brighter than ink and bed by so many sigma is glare
+BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
 SMOOTHING_GAIN = 0.61  # root of (1 + 4 + 1) / 16, for noise that is independent
 PASSES = 3  # of reading levels and moving the edge
 HALO = 2.5  # around glare the lens spreads its light so far [pixels]
@@ -52,7 +52,7 @@ class Light:
         weight: (N, 3) how to weigh colour channels, so that a step from bed to ink is 1.
         noise: (N,) 1-sigma noise of a colour so weighed; large = ink is not told from bed.
         glare_from: (2, N) brightness, the mean of red, green and blue, above which a sample is
-            brighter than ink and bed are.
+            neither ink nor bed.
     """
 
     bed: Array
@@ -155,8 +155,9 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
         step = np.where(inner.any(axis=1)[:, None], ink - bed.mean(axis=0), step)
         spread = bed_spread + _robust_covariance((colour - ink[:, None])[inner])
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
-    brightness = np.maximum(bed.mean(axis=2), (bed.mean(axis=0) + local).mean(axis=1))
-    return Light(bed, weight, noise, brightness + BRIGHT * np.sqrt(spread.sum()) / 3)
+    # On ink brighter than its bed, what is brighter still is no less ink.
+    brightness = np.where(local.mean(axis=1) < 0, bed.mean(axis=2), np.inf)
+    return Light(bed, weight, noise, brightness + BRIGHT * np.sqrt(bed_spread.sum()) / 3)
 
 
 def ink_share(sections: Sections, light: Light) -> Array:
