@@ -20,10 +20,10 @@ from bpc_sim.camera import look_at, rays, View, zivid_m70
 from bpc_sim.curves import archimedean, Curve, fermat, line
 from bpc_sim.deposit import constant_width, Deposit, knot_width, WidthProfile
 from bpc_sim.imaging import Imaging
-from bpc_sim.planar_stress import coloured, even, seeded, WIDTH
 from bpc_sim.print_job import PrintJob
 from bpc_sim.render import meets_ink, nozzle_depth, render, Scene, Sensor
 from bpc_sim.scenarios import bed_pose
+from bpc_sim.sheet import coloured, even, seeded, WIDTH
 from bpc_sim.surfaces import Cylinder, Plane, Surface
 from bpc_sim.truth import BORDER, judge, STAMP_NS, StressScene, Truth
 
@@ -81,7 +81,7 @@ class Spiral:
         curve = archimedean(1e-3, np.pi, 6 * np.pi)
         starts = curve.length * rng.uniform((0.15, 0.6), (0.45, 0.9))
         gaps = np.stack((starts, starts + np.array((3e-3, 5e-3))), axis=1)
-        deposit = Deposit(curve, hardware_width(curve.length, WIDTH, 0.15e-3, rng), gaps)
+        deposit = Deposit(curve, varying_width(curve.length, WIDTH, 0.15e-3, rng), gaps)
         return photograph(name, Scene(deposit, bed_pose(), surface=self.surface),
                           self.standpoint.view(rng), rng)
 
@@ -180,14 +180,14 @@ def nozzle_in_view(seed: int) -> StressScene:
     ahead = places @ eye / np.linalg.norm(eye) / np.linalg.norm(places, axis=1)
     laid = float(rng.choice(s[ahead > 0.8]))
     job = PrintJob(Deposit(curve, constant_width(WIDTH), np.array(((0.03, 0.034),))),
-                   T_base_surface, view, hardware_width(curve.length, WIDTH, 0.15e-3, rng),
+                   T_base_surface, view, varying_width(curve.length, WIDTH, 0.15e-3, rng),
                    sensor=Sensor(_imaging(rng)), seed=seed, tip_height=TIP_HEIGHT)
     t = job.dwell_before + laid / job.speed
     return photograph('nozzle_in_view', job.scene(t), view, rng,
                       punch(job.capture(t, 0, STAMP_NS), rng))
 
 
-def hardware_width(length: float, mean: float, std: float,
+def varying_width(length: float, mean: float, std: float,
                    rng: np.random.Generator) -> WidthProfile:
     """A width [m] that wanders over some 8 mm, with exactly this mean and standard deviation."""
     knots = np.linspace(0.0, length, round(length / 8e-3) + 1)
@@ -210,7 +210,7 @@ def hardware_line(seed: int) -> StressScene:
     """
     rng = seeded('hardware_line', seed)
     length = 0.05
-    fed = hardware_width(length, 3.3e-3, 0.08e-3, rng)
+    fed = varying_width(length, 3.3e-3, 0.08e-3, rng)
 
     def profile(s: Array) -> Array:
         share = np.clip(s / length, 0.0, 1.0)
@@ -228,7 +228,7 @@ def hardware_fermat(seed: int) -> StressScene:
     rng = seeded('hardware_fermat', seed)
     curve = fermat(7.5e-3, 2 * np.pi)
     return hardware('hardware_fermat', curve,
-                    hardware_width(curve.length, 1.569e-3, 0.289e-3, rng), rng)
+                    varying_width(curve.length, 1.569e-3, 0.289e-3, rng), rng)
 
 
 def hardware_archimedean(seed: int) -> StressScene:
@@ -236,7 +236,7 @@ def hardware_archimedean(seed: int) -> StressScene:
     rng = seeded('hardware_archimedean', seed)
     curve = archimedean(1e-3, np.pi, 6 * np.pi)
     return hardware('hardware_archimedean', curve,
-                    hardware_width(curve.length, 1.604e-3, 0.330e-3, rng), rng)
+                    varying_width(curve.length, 1.604e-3, 0.330e-3, rng), rng)
 
 
 def hardware_archimedean_gaps(seed: int) -> StressScene:
@@ -246,7 +246,7 @@ def hardware_archimedean_gaps(seed: int) -> StressScene:
     starts = (np.arange(4) + rng.uniform(0.2, 0.8, 4)) * curve.length / 4
     gaps = np.stack((starts, starts + rng.uniform(2e-3, 6e-3, 4)), axis=1)
     return hardware('hardware_archimedean_gaps', curve,
-                    hardware_width(curve.length, 1.575e-3, 0.411e-3, rng), rng, gaps)
+                    varying_width(curve.length, 1.575e-3, 0.411e-3, rng), rng, gaps)
 
 
 def _imaging(rng: np.random.Generator) -> Imaging:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from bpc_sim import planar_stress
+from bpc_sim import sheet
 
 MM = 1e-3
 
@@ -91,13 +91,13 @@ def test_mesh_has_sixteen_crossings_and_the_eight_one():
 def built(name):
     """A scene of seed 0, and the fraction of ink in each pixel of its image."""
     coverage = []
-    expose = planar_stress.expose
+    expose = sheet.expose
 
     def watched(light, covered, imaging, rng):
         coverage.append(covered)
         return expose(light, covered, imaging, rng)
 
-    with patch.object(planar_stress, 'expose', watched):
+    with patch.object(sheet, 'expose', watched):
         return STRESS[name](0), *coverage
 
 
