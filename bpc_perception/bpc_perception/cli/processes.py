@@ -15,6 +15,9 @@ from typing import Any
 import yaml
 
 END_PATIENCE = 2.0  # [s]
+# Read by Fast DDS under the one or the other name; a user's own file wins.
+TRANSPORT = str(Path(__file__).parents[1] / 'transport.xml')
+TRANSPORT_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
 
 class NodeError(ValueError):
@@ -43,10 +46,11 @@ class Nodes:
             arguments += ['-p', f'{key}:={yaml.safe_dump(value).splitlines()[0]}']
         handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
         self._log_files[name] = Path(log)
+        environment = dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT) | dict(os.environ)
         # A session of its own: Ctrl-C reaches us alone, and we end the nodes in order.
         self._processes[name] = subprocess.Popen(
             [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
-            stdout=handle, stderr=handle, start_new_session=True)
+            stdout=handle, stderr=handle, start_new_session=True, env=environment)
         os.close(handle)
 
     def check(self, *may_end: str) -> None:
