@@ -22,7 +22,8 @@ from bpc_perception.nodes.run import run
 from bpc_perception.recording import find_topics
 
 CLOCK_PERIOD = 0.01  # [s]
-TAIL_NS = 1_000_000_000  # the clock goes on, so that what was recorded last is delivered too
+LEAD = 0.3  # the clock stands at the start, until every node has forgotten a round before [s]
+TAIL = 1.0  # the clock goes on, so that what was recorded last is measured too [s]
 
 
 class BagPlayerNode(Node):
@@ -51,14 +52,15 @@ class BagPlayerNode(Node):
                 return
             self._rewind()
         assert self._started is not None
-        elapsed_ns = round((time.monotonic() - self._started) * self._config.rate * 1e9)
-        now_ns = self._span[0] + elapsed_ns
-        while self._next is not None and self._next[1] <= now_ns:
+        elapsed = time.monotonic() - self._started
+        now_ns = self._span[0] + round(max(elapsed, 0.0) * self._config.rate * 1e9)
+        while elapsed > 0 and self._next is not None and self._next[1] <= now_ns:
             topic, _, message = self._next
             self._publishers_of[self._names[topic]].publish(message)
             self._next = next(self._messages, None)
         self._clock_publisher.publish(Clock(clock=ns_to_stamp(now_ns)))
-        if self._next is None and now_ns > self._span[1] + TAIL_NS:
+        duration = (self._span[1] - self._span[0]) * 1e-9 / self._config.rate
+        if self._next is None and elapsed > duration + TAIL:
             if not self._config.loop:
                 raise SystemExit(0)
             self._rewind()
@@ -73,7 +75,7 @@ class BagPlayerNode(Node):
     def _rewind(self) -> None:
         self._messages = self._bag.messages(set(self._names))
         self._next = next(self._messages, None)
-        self._started = time.monotonic()
+        self._started = time.monotonic() + LEAD
 
 
 def main() -> None:
