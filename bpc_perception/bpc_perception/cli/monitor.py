@@ -60,9 +60,14 @@ class Monitor:
                 raise ValueError(f'{name}: expected no publisher before the start, found {count}; '
                                  'set ROS_DOMAIN_ID to a number of its own')
 
+    def sees(self, *names: str) -> bool:
+        """Whether nodes of these names are there."""
+        return set(names) <= set(self._node.get_node_names())
+
     def _on_profile(self, message: ThicknessProfileMsg) -> None:
         profile = profile_from_message(message)
         self.profiles[profile.stamp_ns] = profile
+        self.advice.pop(profile.stamp_ns, None)  # of the round before, when a recording loops
         self._show(profile.stamp_ns)
 
     def _on_advice(self, message: RateAdviceMsg) -> None:

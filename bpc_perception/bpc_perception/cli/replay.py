@@ -52,6 +52,13 @@ def replay(
         nodes.start('bpc_perception.nodes.path_recorder')
         nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(given.hand_eye_file))
         nodes.start('bpc_perception.nodes.camera_driver', back_end='bag', bag=str(bag))
+
+        def there() -> bool:
+            nodes.check()
+            return monitor.sees('path_recorder', 'thickness', 'camera_driver')
+
+        # Only then the player, which takes anyone who listens for its audience.
+        monitor.spin_until(there)
         nodes.start('bpc_perception.nodes.bag_player', bag=str(bag), rate=rate, loop=loop,
                     use_sim_time=False)
 
