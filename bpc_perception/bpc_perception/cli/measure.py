@@ -36,10 +36,11 @@ def measure(
         reasons = '; '.join(sorted({result.refusal for result in results})) or 'no capture'
         raise ValueError(f'{bag}: expected a capture that can be measured, found: {reasons}')
     if capture is not None:
+        found = ', '.join(str(result.profile.capture) for result in measured if result.profile)
         results = [result for result in measured
                    if result.profile is not None and result.profile.capture == capture]
         if not results:
-            raise ValueError(f'{bag}: expected capture {capture}, found 0 to {len(measured) - 1}')
+            raise ValueError(f'{bag}: expected capture {capture}, found {found}')
     if all_captures:
         for result in measured:
             assert result.profile is not None
