@@ -33,7 +33,8 @@ from bpc_perception.core.thickness import SidePoints
 
 Index = NDArray[np.intp]
 
-SETTLED = 2.0  # behind an edge the bed must be seen for so long [pixels]
+SETTLED = 2.0  # what is shorter is noise [pixels]
+GLARE = 7.0  # a shorter stretch of bed with ink behind it may be glare [pixels]
 PLATEAU = (1.5, 3.5)  # from the edge to where its two levels are read [pixels]
 RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
 BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
@@ -68,13 +69,15 @@ class Edges:
     Attributes:
         distance: (N,) from the path [m]; NaN = none found.
         sigma: (N,) its 1-sigma uncertainty from noise [m].
-        hidden, outside: (N,) whether an obstacle or the image's border comes first.
+        hidden, outside, joined: (N,) whether an obstacle, the image's border or ink up to
+            another pass of the path comes first.
     """
 
     distance: Array
     sigma: Array
     hidden: Flags
     outside: Flags
+    joined: Flags
 
 
 def measure_cross_sections(
@@ -94,13 +97,15 @@ def measure_cross_sections(
     centre = masked_median(ink, (np.abs(sections.offset) <= reach) & np.isfinite(ink))
     status = np.full(len(points), Status.LOW_CONFIDENCE, np.uint8)
     status[(centre >= 0.5 + RIM) & np.isfinite(width)] = Status.MEASURED
-    status[(np.abs(centre) <= 0.5 - RIM) & ~sections.raised] = Status.GAP
+    around = (np.abs(sections.offset) <= 2.4 * reach) & (ink > 0.5 + RIM)
+    bare = around.sum(axis=1) * STEP * sections.pixel < reach[:, 0] / 2
+    status[(np.abs(centre) <= 0.5 - RIM) & bare & ~sections.raised] = Status.GAP
     inked = centre >= 0.5 + RIM
     status[inked & (left.outside | right.outside)] = Status.NO_DATA
     status[inked & (left.hidden | right.hidden)] = Status.OCCLUDED
     status[light.noise > config.maximum_noise] = Status.LOW_CONFIDENCE
     status[(status == Status.MEASURED) & leans_over_gap(sections, status)] = Status.LOW_CONFIDENCE
-    crossing = meets_itself(sections, typical, inked)
+    crossing = meets_itself(sections, typical, inked) | left.joined | right.joined
     status[crossing & inked] = Status.JUNCTION
     middle = len(sections.offset) // 2
     status[~sections.inside[:, middle] | ~sections.depth] = Status.NO_DATA
@@ -115,22 +120,20 @@ def measure_cross_sections(
 
 def find_light(sections: Sections, extruding: Flags) -> Light:
     """What ink and bed look like along the path."""
-    coarse = slice(None, None, 4)
+    middle = np.abs(sections.offset) <= sections.pixel
+    centre = sections.colour[:, middle].mean(axis=1).astype(np.float64)
+    centre[~sections.visible[:, middle].all(axis=1)] = np.nan
+    coarse = slice(None, None, round(1 / STEP))  # a sample a pixel
     colour = sections.colour[:, coarse].astype(np.float64)
     visible = sections.visible[:, coarse]
     beside = sections.beside[:, coarse] & visible
     is_left = sections.offset[coarse] > 0
-    right, left = (sections.steady(masked_median(colour, beside & side))
-                   for side in (~is_left, is_left))
-    bed = np.stack((np.where(np.isfinite(right), right, left),
-                    np.where(np.isfinite(left), left, right)))
+    bed = find_bed(sections, np.stack((masked_median(colour, beside & ~is_left),
+                                       masked_median(colour, beside & is_left))), centre)
     around_bed = colour - np.where(is_left[:, None], bed[1][:, None], bed[0][:, None])
     bed_spread = _robust_covariance(around_bed[beside])
 
-    middle = np.abs(sections.offset) <= sections.pixel
-    centre = sections.colour[:, middle].mean(axis=1).astype(np.float64)
     step = centre - bed.mean(axis=0)
-    step[~sections.visible[:, middle].all(axis=1)] = np.nan
     contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
     laid = np.isfinite(contrast) & (extruding if extruding.any() else True)
     if not laid.any():
@@ -160,6 +163,27 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
     return Light(bed, weight, noise, brightness + BRIGHT * np.sqrt(bed_spread.sum()) / 3)
 
 
+def find_bed(sections: Sections, beside: Array, centre: Array) -> Array:
+    """Colours (2, N, 3) of the bed on both sides, from what lies beside and on the path.
+
+    Where strands lie closely, what lies half-way between them may be ink as well. It is taken for
+    bed only if it is nearer to the bed farther out than to the ink.
+    """
+    sure = sections.clearance >= sections.clearance.max() / 2
+    open_bed = np.stack([sections.steady(np.where(known[:, None], colours, np.nan))
+                         for known, colours in zip(sure, beside, strict=True)])
+    open_bed = np.where(np.isfinite(open_bed), open_bed, open_bed[::-1])
+    step = centre - open_bed.mean(axis=0)
+    size = np.linalg.norm(step, axis=1)
+    if np.isfinite(size).any():
+        strong = np.median(step[size >= np.nanmedian(size)], axis=0)
+        share = (beside - open_bed) @ strong / (strong @ strong)
+        sure |= share < 0.4
+    bed = np.stack([sections.steady(np.where(known[:, None], colours, np.nan))
+                    for known, colours in zip(sure, beside, strict=True)])
+    return np.where(np.isfinite(bed), bed, bed[::-1])
+
+
 def ink_share(sections: Sections, light: Light) -> Array:
     """How much of each sample (N, M) is ink: 0 = bed, 1 = ink; NaN where it is not seen.
 
@@ -181,32 +205,55 @@ def ink_share(sections: Sections, light: Light) -> Array:
 
 
 def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges:
-    """The first edges outward on the right (0) or left (1) side."""
+    """The first edges outward on the right (0) or left (1) side.
+
+    Behind an edge the bed has to be seen for a while. A stretch too short for that, with ink
+    again behind it, may be glare on the bead, or bed before a drop spilled beside it: then the
+    nearer or the farther edge is right, whichever goes on along the path.
+    """
     middle = len(sections.offset) // 2
     outward = slice(middle, None) if side else slice(middle, None, -1)
     share = ink[:, outward]
+    foreign = np.maximum.accumulate(sections.foreign[:, outward], axis=1)
     outside = share < 0.5  # False where it is not seen
-    run = round(SETTLED / STEP)
-    total = np.pad(np.cumsum(outside, axis=1), ((0, 0), (1, 0)))
-    settled: Flags = np.equal(total[:, run:] - total[:, :-run], run)
-    first = np.argmax(settled, axis=1)
-    found = settled.any(axis=1) & (first > 0)
-    limit = np.where(found, first, share.shape[1])
-    before = np.arange(share.shape[1]) < limit[:, None]
-    hidden = (sections.hidden[:, outward] & before).any(axis=1)
-    missing = (~sections.inside[:, outward] & before).any(axis=1)
+    nearer, farther = (_first_run(outside | foreign, round(length / STEP))
+                       for length in (SETTLED, GLARE))
+    count = share.shape[1]
+    column = np.arange(count)
+    border = np.where(foreign.any(axis=1), np.argmax(foreign, axis=1), count)
+    before = column < nearer[:, None]
+    hidden: Flags = np.any(sections.hidden[:, outward] & before, axis=1)
+    missing: Flags = np.any(~sections.inside[:, outward] & before, axis=1)
+    joined = (nearer >= border) & (border < count)
 
-    position, slope = refine(share, np.maximum(first, 1))
     step = STEP * sections.pixel
-    ok = found & ~hidden & ~missing & np.isfinite(position)
-    distance = np.where(ok, position * step, np.nan)
-    sigma = np.where(ok, noise * step / slope, np.nan)
+    known = ~(hidden | missing | joined)
+    candidates = []
+    for first in (nearer, farther):
+        found = known & (first > 0) & (first < np.minimum(border, count))
+        position, slope = refine(share, np.clip(first, 1, count - 1))
+        candidates.append(np.where(found, (position * step, noise * step / slope), np.nan))
+    near, far = candidates
+    sure = nearer == farther
+    expected = sections.steady(np.where(sure, near[0], np.nan))
+    share_sure = sections.steady(sure.astype(float))
+    expected = np.where(share_sure > 0.5, expected, sections.steady(far[0]))
+    take_far = ~sure & ~(np.abs(near[0] - expected) <= np.abs(far[0] - expected))
+    distance, sigma = np.where(take_far, far, near)
     around = running_median(distance, 5)
     spike = np.abs(distance - around) > np.maximum(4 * sigma, SPIKE * sections.pixel)
     distance[spike], sigma[spike] = np.nan, np.nan
     smooth = smoothed(distance)
     return Edges(smooth, sigma * np.where(smooth == distance, 1.0, SMOOTHING_GAIN), hidden,
-                 missing)
+                 missing, joined)
+
+
+def _first_run(flags: Flags, length: int) -> Index:
+    """Where (N,) the first run of so many True starts in each row (N, K); K = there is none."""
+    padded = np.pad(flags, ((0, 0), (0, length)), constant_values=True)
+    total = np.pad(np.cumsum(padded, axis=1), ((0, 0), (1, 0)))
+    full: Flags = np.equal(total[:, length:] - total[:, :-length], length)
+    return np.argmax(full[:, :flags.shape[1] + 1], axis=1)
 
 
 def smoothed(values: Array) -> Array:
@@ -234,7 +281,7 @@ def refine(share: Array, first: Index) -> tuple[Array, Array]:
 
     start = first[:, None]
     for _ in range(PASSES):
-        inner = np.median(read(start - 1 - steps), axis=1)
+        inner = np.median(read(np.maximum(start - 1 - steps, 0)), axis=1)
         outer = np.median(read(start + steps), axis=1)
         step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer,
                         np.nan)
@@ -276,25 +323,26 @@ def leans_over_gap(sections: Sections, status: StatusArray) -> Flags:
 
 
 def meets_itself(sections: Sections, typical: Array, inked: Flags) -> Flags:
-    """Where (N,) another stretch of the path runs so near that its ink touches this one's.
+    """Where (N,) ink of another pass of the path lies on the cross segment of this one.
 
     ``typical`` (N,) are the widths to be expected [m].
     """
-    if not np.isfinite(typical).any():
-        return np.zeros(len(typical), bool)
-    foot = sections.foot
-    half = typical / 2 + sections.pixel
-    pairs = cKDTree(foot[inked]).query_pairs(2 * float(half.max()), output_type='ndarray')
-    index = np.flatnonzero(inked)
-    one, other = index[pairs[:, 0]], index[pairs[:, 1]]
-    distance = np.linalg.norm(foot[one] - foot[other], axis=1)
-    along = np.abs(one - other) * sections.spacing
-    # A stretch that bends back on itself is longer than half a circle on that chord.
-    touching = (distance < half[one] + half[other]) & (along > np.pi / 2 * distance) & (
-        along > half[one] + half[other])
     met = np.zeros(len(typical), bool)
-    met[one[touching]] = True
-    met[other[touching]] = True
+    index = np.flatnonzero(inked & np.isfinite(typical))
+    if len(index) == 0:
+        return met
+    half, foot, margin = typical / 2, sections.foot, sections.pixel
+    pairs = cKDTree(foot[index]).query_pairs(
+        2 * float(half[index].max()) + margin, output_type='ndarray')
+    for one, other in (index[pairs].T, index[pairs[:, ::-1]].T):
+        apart = foot[other] - foot[one]
+        across = np.abs(np.einsum('nk,nk->n', apart, sections.lateral[one]))
+        distance = np.linalg.norm(apart, axis=1)
+        along = np.sqrt(np.maximum(distance**2 - across**2, 0.0))
+        reached = np.hypot(np.maximum(across - half[one] - margin, 0.0), along) < half[other]
+        # A bend of one pass is no longer than half a circle on its chord, and some.
+        arc = np.abs(one - other) * sections.spacing
+        met[one[reached & (arc > np.pi / 2 * distance + half[one] + half[other])]] = True
     return met
 
 
@@ -305,5 +353,6 @@ def _robust_covariance(residual: Array) -> Array:
     if len(residual) < 10:
         return floor
     size = np.linalg.norm(residual, axis=1)
-    core = residual[size <= np.percentile(size, 80)]
-    return np.asarray(1.5 * core.T @ core / len(core) + floor)
+    core = residual[size <= np.median(size)]
+    # Of a normal distribution the nearer half has 0.41 times its covariance.
+    return np.asarray(core.T @ core / len(core) / 0.41 + floor)

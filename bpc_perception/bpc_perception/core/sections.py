@@ -39,6 +39,8 @@ class Sections:
         depth: (N,) whether the cloud knows the surface there.
         raised: (N,) whether the cloud has something there that stands above the bed.
         beside: (N, M) whether it lies so far from all of the path that bed is to be expected.
+        clearance: (2, N) how far that is from the path, on the right and the left [m].
+        foreign: (N, M) whether another pass of the path is nearer than this one.
         colour: (N, M, 3) RGB.
     """
 
@@ -53,6 +55,8 @@ class Sections:
     depth: Flags
     raised: Flags
     beside: Flags
+    clearance: Array
+    foreign: Flags
     colour: Floats
 
     @property
@@ -80,7 +84,7 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     pixel = distance / capture.camera.focal_length
     count = int(np.ceil(config.reach / (STEP * pixel)))
     offset = np.linspace(-count, count, 2 * count + 1) * (STEP * pixel)
-    beside = _beside(points, lateral, offset, pixel)
+    beside, clearance, foreign = _territory(points, lateral, offset, spacing)
 
     # The nozzle keeps about the same height above the surface all along.
     coarse = slice(None, None, 4)
@@ -120,7 +124,7 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     return Sections(
         foot, lateral, np.where(np.isfinite(lean), lean, 0.0), offset, pixel, spacing,
         inside.reshape(shape), np.asarray(hidden), np.isfinite(height).mean(axis=1) > 0.1,
-        _raised(height, offset, pixel, beside), beside,
+        _raised(height, offset, pixel, beside), beside, clearance, foreign,
         sample_image(capture.image, uv.reshape(*shape, 2)))
 
 
@@ -205,20 +209,29 @@ def _raised(height: Array, offset: Array, pixel: float, beside: Flags) -> Flags:
     return masked_median(height, central) > max(RAISED, 4 * noise)
 
 
-def _beside(points: Array, lateral: Array, offset: Array, pixel: float) -> Flags:
-    """Which samples (N, M) lie farthest from all of the path, on each side of each section.
-
-    Between strands laid closely that is a narrow stretch half-way.
-    """
+def _territory(points: Array, lateral: Array, offset: Array,
+               spacing: float) -> tuple[Flags, Array, Flags]:
+    """What the path alone says of the samples; see Sections: beside, clearance, foreign."""
     coarse = offset[::4]
     places = points[:, None] + coarse[:, None] * lateral[:, None]
-    distance, _ = cKDTree(points[::2]).query(places.reshape(-1, 3))
-    distance = distance.reshape(len(points), len(coarse))
-    chosen = np.zeros(distance.shape, bool)
+    thinned = np.arange(0, len(points), 2)
+    distance, nearest = cKDTree(points[thinned]).query(places.reshape(-1, 3))
+    shape = len(points), len(coarse)
+    distance = distance.reshape(shape)
+    along = np.abs(thinned[nearest].reshape(shape) - np.arange(len(points))[:, None]) * spacing
+    # The foot of a place on its own pass is near in arc length, even within a bend.
+    foreign = (along > np.pi * np.abs(coarse) + 4 * spacing) & (
+        distance < np.abs(coarse) - spacing)
+    beside = np.zeros(shape, bool)
+    clearance = []
     for side in (coarse < 0, coarse > 0):
-        farthest = distance[:, side].max(axis=1, keepdims=True)
-        chosen[:, side] = distance[:, side] >= np.maximum(0.7 * farthest, 2 * pixel)
-    return np.repeat(chosen, 4, axis=1)[:, :len(offset)]
+        clearance.append(distance[:, side].max(axis=1))
+        beside[:, side] = distance[:, side] >= 0.85 * clearance[-1][:, None]
+
+    def fine(flags: Flags) -> Flags:
+        return np.repeat(flags, 4, axis=1)[:, :len(offset)]
+
+    return fine(beside), np.stack(clearance), fine(foreign)
 
 
 def _unit(vectors: Array) -> Array:
