@@ -22,6 +22,7 @@ from bpc_perception.nodes.run import run
 from bpc_perception.recording import find_topics
 
 CLOCK_PERIOD = 0.01  # [s]
+SETTLED = 1.0  # nobody else has begun to listen for so long before the start [s]
 LEAD = 0.3  # the clock stands at the start, until every node has forgotten a round before [s]
 TAIL = 1.0  # the clock goes on, so that what was recorded last is measured too [s]
 
@@ -41,6 +42,8 @@ class BagPlayerNode(Node):
             topics.EXTRUSION: self.create_publisher(
                 topics.PRINT[topics.EXTRUSION], topics.EXTRUSION, topics.EXTRUSION_QOS)}
         self._clock_publisher = self.create_publisher(Clock, '/clock', 1)
+        self._audience: list[int] = []
+        self._settling_since = 0.0
         self._started: float | None = None
         self._messages: Iterator[tuple[str, int, Any]] = iter(())
         self._next: tuple[str, int, Any] | None = None
@@ -48,7 +51,7 @@ class BagPlayerNode(Node):
 
     def _tick(self) -> None:
         if self._started is None:
-            if not self._audience():
+            if not self._settled():
                 return
             self._rewind()
         assert self._started is not None
@@ -65,12 +68,16 @@ class BagPlayerNode(Node):
                 raise SystemExit(0)
             self._rewind()
 
-    def _audience(self) -> bool:
-        """Whether robot, extruder and camera have their listeners."""
-        return all(publisher.get_subscription_count()
-                   for publisher in self._publishers_of.values()) and all(
-            self.count_publishers(name) and self.count_subscribers(name)
-            for name in topics.CAMERA)
+    def _settled(self) -> bool:
+        """Whether robot, extruder and camera have their listeners, and no more are coming."""
+        counts = [publisher.get_subscription_count()
+                  for publisher in self._publishers_of.values()]
+        for name in topics.CAMERA:
+            counts += self.count_publishers(name), self.count_subscribers(name)
+        now = time.monotonic()
+        if counts != self._audience or not all(counts):
+            self._audience, self._settling_since = counts, now
+        return now - self._settling_since > SETTLED
 
     def _rewind(self) -> None:
         self._messages = self._bag.messages(set(self._names))
