@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+import bpc_perception
+
+# Shared memory with room for a capture; a user's own file wins. Read under either name.
+TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
+             for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+             if name not in os.environ}
 
 # What the nodes subscribe to, by the launch argument that names another topic for it.
 TOPICS = {
@@ -36,7 +46,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     if given['camera'] == 'vendor':
         started.append(Node(
             package='zivid_camera', executable='zivid_camera', name='zivid_camera',
-            parameters=[*parameters, {'settings_file_path': given['camera_settings_file']}],
+            additional_env=TRANSPORT, parameters=[*parameters, {'settings_file_path': given['camera_settings_file']}],
             **common))
     return started
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -16,6 +17,13 @@ from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration, ThisLaunchFileDir
 from launch_ros.actions import Node
+
+import bpc_perception
+
+# Shared memory with room for a capture; a user's own file wins. Read under either name.
+TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
+             for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+             if name not in os.environ}
 
 
 def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
@@ -38,7 +46,7 @@ def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             launch_arguments={
                 'hand_eye_file': hand_eye, 'params_file': params, 'use_sim_time': 'true',
                 'namespace': given['namespace']}.items()),
-        Node(executable='camera_driver', name='camera_driver', **common,
+        Node(executable='camera_driver', name='camera_driver', additional_env=TRANSPORT, **common,
              parameters=[*files, {'back_end': 'bag', 'bag': str(bag), 'use_sim_time': True}]),
         player,
         RegisterEventHandler(OnProcessExit(

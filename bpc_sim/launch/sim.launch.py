@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 import tempfile
 import time
@@ -16,6 +17,12 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 import yaml
 
+import bpc_perception
+
+# Shared memory with room for a capture; a user's own file wins. Read under either name.
+TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
+             for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+             if name not in os.environ}
 START_DELAY = 3.0  # until all nodes have found each other [s]
 
 
@@ -44,7 +51,7 @@ def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         Node(package='bpc_sim', executable='synthetic_extruder', name='synthetic_extruder',
              namespace=namespace, parameters=[common], output='screen'),
         Node(package='bpc_perception', executable='camera_driver', name='camera_driver',
-             namespace=namespace, output='screen',
+             namespace=namespace, output='screen', additional_env=TRANSPORT,
              parameters=[{**common, 'back_end': 'synthetic', 'rate': float(given['rate'])}]),
     ]
 

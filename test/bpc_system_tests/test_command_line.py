@@ -59,7 +59,7 @@ WRONG = {
     'capture no number': (['measure', SAMPLE, '--out', 'out', '--capture', 'two'],
                           ['--capture', 'valid integer']),
     'capture out of range': (['measure', SAMPLE, '--out', 'out', '--capture', 5],
-                             ['expected capture 5', 'found 0 to 4']),
+                             ['expected capture 5', 'found 0, 1, 2, 3, 4']),
     'out is a file': (['measure', SAMPLE, '--out', 'text.txt'],
                       ['text.txt', 'expected a folder', 'a file']),
     'out below a file': (['measure', SAMPLE, '--out', 'text.txt/out'],

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from rich.console import Console
+from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 import typer
 
 
 def study(
-    name: Annotated[str, typer.Argument(help='Which study: table1.')],
+    name: Annotated[str, typer.Argument(
+        help='Which: table1, resolution, thickness, hardware, stress or peers.')],
     json_file: Annotated[Path | None, typer.Option(
         '--json', metavar='FILE', help='Write the rows as a list of flat objects.')] = None,
+    plot: Annotated[Path | None, typer.Option(
+        metavar='FILE.html', help='Draw the figure, of resolution and thickness.')] = None,
+    seeds: Annotated[int | None, typer.Option(
+        min=1, metavar='N', help='How many variants of each print; each study has its own '
+        'default.')] = None,
 ) -> None:
     """Run a study on simulated prints of known thickness."""
     # The simulator is a package of its own, needed by this command only.
@@ -22,17 +30,49 @@ def study(
 
     if name not in STUDIES:
         raise ValueError(f'study: expected one of {", ".join(STUDIES)}, found {name}')
-    if json_file is not None and not json_file.absolute().parent.is_dir():
-        raise ValueError(f'{json_file}: expected a file in a folder that exists, found none')
-    title, rows = STUDIES[name]()
+    chosen = STUDIES[name]
+    for file in (json_file, plot):
+        if file is not None and not file.absolute().parent.is_dir():
+            raise ValueError(f'{file}: expected a file in a folder that exists, found none')
+    if plot is not None and plot.suffix != '.html':
+        raise ValueError(f'{plot}: expected a name that ends in .html')
+    if plot is not None and not chosen.axes:
+        drawn = ', '.join(key for key, other in STUDIES.items() if other.axes)
+        raise ValueError(f'--plot: expected a study with a figure ({drawn}), found {name}')
+    with Progress(TextColumn(name), MofNCompleteColumn(), TimeElapsedColumn(),
+                  console=Console(stderr=True), transient=True) as progress:
+        bar = progress.add_task(name)
+        rows = chosen.run(seeds, progress=lambda done, total: progress.update(
+            bar, completed=done, total=total))
+    show(chosen.title, rows)
+    if json_file is not None:
+        json_file.write_text(json.dumps([without_nan(row) for row in rows], indent=2) + '\n')
+        print(json_file)
+    if plot is not None:
+        from bpc_sim.studies.figures import figure
+
+        plot.write_text(figure(chosen.title, rows, chosen.axes), encoding='utf-8')
+        print(plot)
+
+
+def show(title: str, rows: list[dict[str, Any]]) -> None:
+    """Print rows as a table, rather wider than the terminal than with numbers cut short."""
     table = Table(title=title)
     for column in rows[0]:
         table.add_column(column, justify='right', no_wrap=True)
     for row in rows:
-        table.add_row(*(f'{value:.3f}' if isinstance(value, float) else str(value)
-                        for value in row.values()))
-    # Rather wider than the terminal than with numbers cut short.
-    Console(width=max(Console().width, 240)).print(table)
-    if json_file is not None:
-        json_file.write_text(json.dumps(rows, indent=2) + '\n')
-        print(json_file)
+        table.add_row(*(in_words(value) for value in row.values()))
+    Console(width=max(Console().width, 260)).print(table)
+
+
+def in_words(value: object) -> str:
+    """A cell."""
+    if not isinstance(value, float):
+        return str(value)
+    return '-' if math.isnan(value) else f'{value:.3f}'
+
+
+def without_nan(row: dict[str, Any]) -> dict[str, Any]:
+    """A row with null for what is not defined: JSON knows no NaN."""
+    return {key: None if isinstance(value, float) and math.isnan(value) else value
+            for key, value in row.items()}

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 from scipy.spatial import cKDTree
+from scipy.stats import chi2
 
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CrossSectionConfig
@@ -41,7 +42,10 @@ BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
 SMOOTHING_GAIN = 0.61  # root of (1 + 4 + 1) / 16, for noise that is independent
 PASSES = 3  # of reading levels and moving the edge
 HALO = 2.5  # around glare the lens spreads its light so far [pixels]
+BED_CORE = 0.5  # beside the path some of what lies there may be other ink
+INK_CORE = 0.95  # shading and reflections are part of what ink looks like
 SPIKE = 1.0  # an edge so far from those around it is a flaw of the image [pixels]
+ISLAND = 0.003  # so is a stretch between two jumps that is shorter [m]
 
 
 @dataclass(frozen=True)
@@ -131,7 +135,7 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
     bed = find_bed(sections, np.stack((masked_median(colour, beside & ~is_left),
                                        masked_median(colour, beside & is_left))), centre)
     around_bed = colour - np.where(is_left[:, None], bed[1][:, None], bed[0][:, None])
-    bed_spread = _robust_covariance(around_bed[beside])
+    bed_spread = _covariance(around_bed[beside], BED_CORE)
 
     step = centre - bed.mean(axis=0)
     contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
@@ -156,7 +160,7 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
         # All of the ink, not its middle alone, where light from above is reflected.
         ink = masked_median(colour, inner)
         step = np.where(inner.any(axis=1)[:, None], ink - bed.mean(axis=0), step)
-        spread = bed_spread + _robust_covariance((colour - ink[:, None])[inner])
+        spread = bed_spread + _covariance((colour - ink[:, None])[inner], INK_CORE)
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
     # On ink brighter than its bed, what is brighter still is no less ink.
     brightness = np.where(local.mean(axis=1) < 0, bed.mean(axis=2), np.inf)
@@ -224,7 +228,7 @@ def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges
     before = column < nearer[:, None]
     hidden: Flags = np.any(sections.hidden[:, outward] & before, axis=1)
     missing: Flags = np.any(~sections.inside[:, outward] & before, axis=1)
-    joined = (nearer >= border) & (border < count)
+    joined = (nearer >= border) & (border < count) & ~hidden & ~missing
 
     step = STEP * sections.pixel
     known = ~(hidden | missing | joined)
@@ -240,9 +244,8 @@ def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges
     expected = np.where(share_sure > 0.5, expected, sections.steady(far[0]))
     take_far = ~sure & ~(np.abs(near[0] - expected) <= np.abs(far[0] - expected))
     distance, sigma = np.where(take_far, far, near)
-    around = running_median(distance, 5)
-    spike = np.abs(distance - around) > np.maximum(4 * sigma, SPIKE * sections.pixel)
-    distance[spike], sigma[spike] = np.nan, np.nan
+    flaw = flaws(distance, np.fmax(4 * sigma, SPIKE * sections.pixel), sections.spacing)
+    distance[flaw], sigma[flaw] = np.nan, np.nan
     smooth = smoothed(distance)
     return Edges(smooth, sigma * np.where(smooth == distance, 1.0, SMOOTHING_GAIN), hidden,
                  missing, joined)
@@ -254,6 +257,24 @@ def _first_run(flags: Flags, length: int) -> Index:
     total = np.pad(np.cumsum(padded, axis=1), ((0, 0), (1, 0)))
     full: Flags = np.equal(total[:, length:] - total[:, :-length], length)
     return np.argmax(full[:, :flags.shape[1] + 1], axis=1)
+
+
+def flaws(distance: Array, tolerance: Array, spacing: float) -> Flags:
+    """Where (N,) an edge (N,) [m] does not go on from its neighbours, to a tolerance (N,) [m].
+
+    Single ones, and short stretches that begin and end with a jump, as where a reflection runs
+    along the side of a bead.
+    """
+    single = np.abs(distance - running_median(distance, 5)) > tolerance
+    jump = np.abs(np.diff(distance)) > np.maximum(tolerance[1:], spacing)
+    unknown = np.isnan(distance)
+    border = np.concatenate(([True], jump | unknown[1:] | unknown[:-1]))
+    stretch = np.cumsum(border) - 1
+    length = np.bincount(stretch)[stretch] * spacing
+    jumps = np.bincount(stretch, np.concatenate(([False], jump)), len(border))
+    # A stretch begins with its own jump, and ends with that of the next.
+    ends = np.append(jumps[1:], 0.0)
+    return single | ((length < ISLAND) & (jumps > 0)[stretch] & (ends > 0)[stretch])
 
 
 def smoothed(values: Array) -> Array:
@@ -346,13 +367,16 @@ def meets_itself(sections: Sections, typical: Array, inked: Flags) -> Flags:
     return met
 
 
-def _robust_covariance(residual: Array) -> Array:
-    """Covariance (3, 3) of residuals (K, 3) without their tails, and never quite nothing."""
+def _covariance(residual: Array, core: float) -> Array:
+    """Covariance (3, 3) of the inner share ``core`` of residuals (K, 3), and never quite nothing.
+
+    As if they were normally distributed, in which case a core has less of it.
+    """
     floor = np.eye(3) * 0.5**2  # rounding to whole grey levels, and then some
     residual = residual[np.isfinite(residual).all(axis=1)]
     if len(residual) < 10:
         return floor
     size = np.linalg.norm(residual, axis=1)
-    core = residual[size <= np.median(size)]
-    # Of a normal distribution the nearer half has 0.41 times its covariance.
-    return np.asarray(core.T @ core / len(core) / 0.41 + floor)
+    inner = residual[size <= np.quantile(size, core)]
+    part = chi2.cdf(chi2.ppf(core, 3), 5) / core
+    return np.asarray(inner.T @ inner / len(inner) / part + floor)

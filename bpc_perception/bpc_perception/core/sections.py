@@ -226,7 +226,11 @@ def _territory(points: Array, lateral: Array, offset: Array,
     clearance = []
     for side in (coarse < 0, coarse > 0):
         clearance.append(distance[:, side].max(axis=1))
-        beside[:, side] = distance[:, side] >= 0.85 * clearance[-1][:, None]
+        # Close to other strands only half-way to them; in the open more of the bed, lest
+        # something that lies there be taken for it.
+        openness = clearance[-1] / offset[-1]
+        nearest_bed = clearance[-1] * (0.85 - 0.35 * openness**2)
+        beside[:, side] = distance[:, side] >= nearest_bed[:, None]
 
     def fine(flags: Flags) -> Flags:
         return np.repeat(flags, 4, axis=1)[:, :len(offset)]
