@@ -22,6 +22,8 @@ from bpc_perception.nodes.run import run
 from bpc_perception.recording import find_topics
 
 CLOCK_PERIOD = 0.01  # [s]
+# When the machine is busy the clock goes slower: a burst of poses would overflow queues [s].
+LONGEST_STEP = 0.05
 SETTLED = 1.0  # nobody else has begun to listen for so long before the start [s]
 LEAD = 0.3  # the clock stands at the start, until every node has forgotten a round before [s]
 TAIL = 1.0  # the clock goes on, so that what was recorded last is measured too [s]
@@ -44,26 +46,29 @@ class BagPlayerNode(Node):
         self._clock_publisher = self.create_publisher(Clock, '/clock', 1)
         self._audience: list[int] = []
         self._settling_since = 0.0
-        self._started: float | None = None
+        self._elapsed: float | None = None  # of this round, at the speed of the clock [s]
+        self._ticked = 0.0
         self._messages: Iterator[tuple[str, int, Any]] = iter(())
         self._next: tuple[str, int, Any] | None = None
         self.create_timer(CLOCK_PERIOD, self._tick, clock=steady_clock())
 
     def _tick(self) -> None:
-        if self._started is None:
+        if self._elapsed is None:
             if not self._settled():
                 return
             self._rewind()
-        assert self._started is not None
-        elapsed = time.monotonic() - self._started
-        now_ns = self._span[0] + round(max(elapsed, 0.0) * self._config.rate * 1e9)
-        while elapsed > 0 and self._next is not None and self._next[1] <= now_ns:
+        assert self._elapsed is not None
+        now = time.monotonic()
+        self._elapsed += min(now - self._ticked, LONGEST_STEP)
+        self._ticked = now
+        now_ns = self._span[0] + round(max(self._elapsed, 0.0) * self._config.rate * 1e9)
+        while self._elapsed > 0 and self._next is not None and self._next[1] <= now_ns:
             topic, _, message = self._next
             self._publishers_of[self._names[topic]].publish(message)
             self._next = next(self._messages, None)
         self._clock_publisher.publish(Clock(clock=ns_to_stamp(now_ns)))
         duration = (self._span[1] - self._span[0]) * 1e-9 / self._config.rate
-        if self._next is None and elapsed > duration + TAIL:
+        if self._next is None and self._elapsed > duration + TAIL:
             if not self._config.loop:
                 raise SystemExit(0)
             self._rewind()
@@ -82,7 +87,8 @@ class BagPlayerNode(Node):
     def _rewind(self) -> None:
         self._messages = self._bag.messages(set(self._names))
         self._next = next(self._messages, None)
-        self._started = time.monotonic() + LEAD
+        self._elapsed = -LEAD
+        self._ticked = time.monotonic()
 
 
 def main() -> None:
