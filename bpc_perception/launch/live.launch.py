@@ -46,8 +46,8 @@ def nodes(context: LaunchContext) -> list[Node]:
     if given['camera'] == 'vendor':
         started.append(Node(
             package='zivid_camera', executable='zivid_camera', name='zivid_camera',
-            additional_env=TRANSPORT, parameters=[*parameters, {'settings_file_path': given['camera_settings_file']}],
-            **common))
+            parameters=[*parameters, {'settings_file_path': given['camera_settings_file']}],
+            additional_env=TRANSPORT, **common))
     return started
 
 

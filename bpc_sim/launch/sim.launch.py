@@ -23,7 +23,7 @@ import bpc_perception
 TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
              for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
              if name not in os.environ}
-START_DELAY = 3.0  # until all nodes have found each other [s]
+START_DELAY = 6.0  # until all nodes have found each other [s]
 
 
 def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
