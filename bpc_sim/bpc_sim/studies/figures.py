@@ -1,0 +1,32 @@
+"""Figures of studies, as pages that need nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from bpc_sim.studies.study import METHODS, Row
+
+COLOURS = dict(zip(METHODS, ('#1f5fbf', '#d9822b'), strict=True))
+LABELS = {'ratio': 'resolution ratio', 'width_mm': 'thickness [mm]', 'time_ms': 'time [ms]',
+          'MAE_percent': 'MAE [% of the thickness]'}
+
+
+def figure(title: str, rows: list[Row], axes: Sequence[str]) -> str:
+    """A page with a panel for each column along y, over the one along x, which comes first."""
+    along, *columns = axes
+    drawn = make_subplots(1, len(columns))
+    for panel, column in enumerate(columns, 1):
+        for method, colour in COLOURS.items():
+            mine = [row for row in rows if row['method'] == method]
+            drawn.add_trace(go.Scatter(
+                x=[row[along] for row in mine], y=[row[column] for row in mine], name=method,
+                mode='lines+markers', line={'color': colour}, legendgroup=method,
+                showlegend=panel == 1), 1, panel)
+        drawn.update_xaxes(title=LABELS[along], row=1, col=panel)
+        drawn.update_yaxes(title=LABELS[column], rangemode='tozero', row=1, col=panel)
+    drawn.update_layout(title=title, template='plotly_white',
+                        legend={'orientation': 'h', 'y': -0.2})
+    return str(drawn.to_html(include_plotlyjs=True))
