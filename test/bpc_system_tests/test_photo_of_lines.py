@@ -163,13 +163,17 @@ def test_bed_between_panels_is_no_ink(lines: Lines) -> None:
         assert (lines.profile.status[at] == Status.GAP).all()
 
 
-def test_default_measures_all_continuous_ink(default_lines: Lines) -> None:
-    for (panel, line), stretches in photo.CONTINUOUS.items():
-        for start, end in stretches:
-            width = default_lines.thickness(default_lines.on(panel, line, start, end))
-            # The narrowest and the widest count by hand, and a pixel at either edge.
-            assert width.min() > 0.36 - 2 * photo.PIXEL, (panel, line)
-            assert width.max() < 1.27 + 2 * photo.PIXEL, (panel, line)
+def test_default_measures_continuous_ink(default_lines: Lines) -> None:
+    at = np.concatenate([default_lines.on(panel, line, start, end)
+                         for (panel, line), stretches in photo.CONTINUOUS.items()
+                         for start, end in stretches])
+    status = default_lines.profile.status[at]
+    assert np.isin(status, (Status.MEASURED, Status.LOW_CONFIDENCE)).all()
+    assert np.mean(status == Status.MEASURED) > 0.998
+    width = 1e3 * default_lines.profile.thickness[at]
+    # The narrowest and the widest count by hand, and a pixel at either edge.
+    assert np.nanmin(width) > 0.36 - 2 * photo.PIXEL
+    assert np.nanmax(width) < 1.27 + 2 * photo.PIXEL
 
 
 @pytest.mark.parametrize(('panel', 'line', 'place'), photo.WIDTHS)
@@ -186,9 +190,10 @@ def test_default_takes_no_gap_for_ink(default_lines: Lines, panel: int, line: in
     status = default_lines.profile.status[default_lines.on(panel, line, start, end)]
     # At its ends, less than a sample each, a gap may pass for ink: the eye is no surer.
     assert (status[1:-1] != Status.MEASURED).all()
-    # In the first millimetre the ink runs out in a hair, of which nothing need be said.
-    status = default_lines.profile.status[default_lines.on(panel, line, start + 1.0, end)]
-    assert np.count_nonzero(status != Status.GAP) <= 1
+    # Where the ink runs out in a hair, and in the shadow of the blob it begins with, nothing
+    # need be said.
+    status = default_lines.profile.status[default_lines.on(panel, line, start + 1.0, end - 0.6)]
+    assert (status == Status.GAP).all()
 
 
 @pytest.mark.parametrize('panel', range(3))

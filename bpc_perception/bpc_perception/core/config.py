@@ -163,8 +163,12 @@ class CrossSectionConfig(Config):
         0.0005, 1)] = 0.0025
     obstacle_margin: Annotated[float, Parameter(
         'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3.0
+    noise_gain: Annotated[float, Parameter(
+        'Uncertainty of a width per that from noise alone', '', 0.1, 10)] = 1.25
     edge_sigma: Annotated[float, Parameter(
-        'Uncertainty of a width that does not come from noise', 'pixels', 0, 2)] = 0.05
+        'Uncertainty of a width from sampling', 'pixels', 0, 2)] = 0.05
+    light_sigma: Annotated[float, Parameter(
+        'Uncertainty of a width from the light on a bead 10 pixels wide', 'pixels', 0, 2)] = 0.1
     maximum_noise: Annotated[float, Parameter(
         'Noise, as a share of the contrast of ink and bed, above which nothing is known',
         '', 0.01, 1)] = 0.25

@@ -115,11 +115,23 @@ def measure_cross_sections(
     status[~sections.inside[:, middle] | ~sections.depth] = Status.NO_DATA
     status[sections.hidden[:, middle]] = Status.OCCLUDED
 
-    sigma = np.hypot(np.hypot(left.sigma, right.sigma), config.edge_sigma * sections.pixel)
+    sigma = width_sigma(left, right, width, sections.pixel, config)
     sides = SidePoints(sections.foot + left.distance[:, None] * sections.lateral,
                        sections.foot - right.distance[:, None] * sections.lateral,
                        left.distance, right.distance)
     return sides, status, sigma
+
+
+def width_sigma(left: Edges, right: Edges, width: Array, pixel: float,
+                config: CrossSectionConfig) -> Array:
+    """1-sigma uncertainty (N,) of a width (N,) [m].
+
+    The noise of both edges; what sampling leaves; and the light on the bead, which shades its
+    edges and shines on its ridge: the fewer pixels the bead has, the less of that is seen apart.
+    """
+    noise = config.noise_gain * np.hypot(left.sigma, right.sigma)
+    narrow = config.light_sigma * (10 * pixel / width) ** 2
+    return np.sqrt(noise**2 + (config.edge_sigma * pixel) ** 2 + (narrow * pixel) ** 2)
 
 
 def find_light(sections: Sections, extruding: Flags) -> Light:
@@ -235,7 +247,7 @@ def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges
     candidates = []
     for first in (nearer, farther):
         found = known & (first > 0) & (first < np.minimum(border, count))
-        position, slope = refine(share, np.clip(first, 1, count - 1))
+        position, slope = refine(share, np.clip(first, 1, count - 1), noise)
         candidates.append(np.where(found, (position * step, noise * step / slope), np.nan))
     near, far = candidates
     sure = nearer == farther
@@ -285,7 +297,7 @@ def smoothed(values: Array) -> Array:
     return result
 
 
-def refine(share: Array, first: Index) -> tuple[Array, Array]:
+def refine(share: Array, first: Index, noise: Array) -> tuple[Array, Array]:
     """Where (N,) shares (N, K) pass half-way between the levels on either side, and how steeply.
 
     Levels are read beside the edge itself, since light, shade and a camera's blur near the
@@ -302,7 +314,10 @@ def refine(share: Array, first: Index) -> tuple[Array, Array]:
 
     start = first[:, None]
     for _ in range(PASSES):
-        inner = np.median(read(np.maximum(start - 1 - steps, 0)), axis=1)
+        inside = read(np.maximum(start - 1 - steps, 0))
+        # A reflection near the edge takes away from the ink: then what it leaves counts.
+        fullest = np.percentile(inside, 90, axis=1) - np.maximum(0.1, 2 * noise)
+        inner = np.maximum(np.median(inside, axis=1), fullest)
         outer = np.median(read(start + steps), axis=1)
         step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer,
                         np.nan)
