@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import os
 from pathlib import Path
 
+from bpc_perception.cli.processes import TRANSPORT, TRANSPORT_VARIABLES
 import pytest
 
 from . import command_line
@@ -16,6 +17,8 @@ from .ros_graph import own_domain
 os.environ['BPC_ROOT'] = str(ROOT)
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+# The tests themselves publish captures too.
+os.environ.update(dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT))
 
 
 @pytest.fixture

@@ -61,6 +61,12 @@ class Listener:
         self.heard[name].append(message)
         self.order.append(name)
 
+    def forget(self) -> None:
+        """Begin anew."""
+        for messages in self.heard.values():
+            messages.clear()
+        self.order.clear()
+
     @property
     def profiles(self) -> list[ThicknessProfile]:
         """The profiles that came."""
