@@ -17,7 +17,6 @@ from bpc_perception.core.config import (
     replace_flat,
     SegmentationConfig,
     ThicknessConfig,
-    VisibilityConfig,
 )
 import pytest
 
@@ -54,7 +53,7 @@ def test_every_parameter_is_described(row: Any) -> None:
 
 
 @pytest.mark.parametrize('config_type', [
-    SegmentationConfig, VisibilityConfig, AdviceConfig, PathConfig, RecorderConfig,
+    SegmentationConfig, AdviceConfig, PathConfig, RecorderConfig,
     ThicknessConfig, CameraConfig], ids=lambda kind: kind.__name__)
 def test_no_field_goes_without_parameter(config_type: type[Config]) -> None:
     described = parameters_of(config_type)

@@ -137,20 +137,6 @@ class SegmentationConfig(Config):
 
 
 @dataclass(frozen=True)
-class VisibilityConfig(Config):
-    """What has to be seen before a sample may be called measured or a gap."""
-
-    obstacle_height: Annotated[float, Parameter(
-        'What stands this far above the bed hides it, as the nozzle does', 'm', 0.0005, 1)] = 0.01
-    margin: Annotated[int, Parameter(
-        'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3
-    maximum_tip_height: Annotated[float, Parameter(
-        'Where the nozzle was higher above the bed it laid nothing', 'm', 0.0001, 1)] = 0.005
-    depth_radius: Annotated[int, Parameter(
-        'Depth must be known within this distance of a gap sample', 'pixels', 0, 50)] = 2
-
-
-@dataclass(frozen=True)
 class CrossSectionConfig(Config):
     """Thickness from the image across the path, the default method."""
 
@@ -158,11 +144,6 @@ class CrossSectionConfig(Config):
         'How far from the path an edge is looked for', 'm', 0.0002, 0.05)] = 0.004
     tangent_length: Annotated[float, Parameter(
         'Length of path over which its direction is taken', 'm', 1e-5, 0.02)] = 0.001
-    obstacle_height: Annotated[float, Parameter(
-        'What stands this far above the bed hides it, as the nozzle does', 'm',
-        0.0005, 1)] = 0.0025
-    obstacle_margin: Annotated[float, Parameter(
-        'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3.0
     noise_gain: Annotated[float, Parameter(
         'Uncertainty of a width per that from noise alone', '', 0.1, 10)] = 1.25
     edge_sigma: Annotated[float, Parameter(
@@ -251,9 +232,15 @@ class ThicknessConfig(Config):
         'How long a capture waits for path and poses to reach its stamp', 's', 0.01, 60)] = 2.0
     maximum_pose_gap: Annotated[float, Parameter(
         'Camera in hand: poses around a capture may be this far apart', 's', 0.001, 10)] = 0.1
+    maximum_tip_height: Annotated[float, Parameter(
+        'Where the nozzle was higher above the bed it laid nothing', 'm', 0.0001, 1)] = 0.005
+    obstacle_height: Annotated[float, Parameter(
+        'What stands this far above the bed hides it, as the nozzle does', 'm',
+        0.0005, 1)] = 0.0025
+    obstacle_margin: Annotated[float, Parameter(
+        'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3.0
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
-    visibility: VisibilityConfig = field(default_factory=VisibilityConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
 
 

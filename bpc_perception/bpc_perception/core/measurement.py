@@ -7,27 +7,15 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.capture import Capture, sample_cloud
+from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.cross_section import measure_cross_sections
-from bpc_perception.core.geometry import Array, Plane, transform
+from bpc_perception.core.geometry import Array, Plane
+from bpc_perception.core.paper import measure_as_published
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.segmentation import delineate
-from bpc_perception.core.surface import (
-    among,
-    bed_plane,
-    obstacles,
-    StatusArray,
-    visibility,
-)
-from bpc_perception.core.thickness import (
-    containing_contour,
-    fit_plane,
-    side_points,
-    SidePoints,
-    tangents,
-)
+from bpc_perception.core.surface import bed_plane
+from bpc_perception.core.thickness import tangents
 
 
 class MeasurementError(ValueError):
@@ -59,20 +47,15 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         bed = bed_plane(capture, path.points, T_base_camera)
     except ValueError as error:
         raise MeasurementError(str(error)) from error
-    path = path.where(on_bed(path.points, bed, config.visibility.maximum_tip_height))
+    path = path.where(on_bed(path.points, bed, config.maximum_tip_height))
     if len(path) < 2:
         raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along')
-    obstacle = obstacles(capture, bed, T_base_camera, config.visibility.obstacle_height)
-    seen = visibility(capture, bed, obstacle, path.points, T_base_camera, config.visibility)
     if config.method == 'paper':
-        sides, status, sigma = paper_method(capture, path.points, T_base_camera, bed, config)
-        if among(obstacle, capture, path.points, T_base_camera):
-            # The paper pictures finished prints: the outline of what stands there joins theirs.
-            status[:] = Status.LOW_CONFIDENCE
+        sides, status, sigma = measure_as_published(
+            capture, path.points, T_base_camera, bed, config)
     else:
         sides, status, sigma = measure_cross_sections(
-            capture, path.points, path.extruding, T_base_camera, bed, config.cross_section)
-    status = np.where(seen == Status.MEASURED, status, seen)
+            capture, path.points, path.extruding, T_base_camera, bed, config)
 
     measured = status == Status.MEASURED
     for values in (sides.left, sides.right, sides.left_distance, sides.right_distance, sigma):
@@ -93,42 +76,3 @@ def on_bed(points: Array, bed: Plane, maximum_height: float) -> NDArray[np.bool_
     rising = np.abs(tangents(points) @ bed.normal)
     kept: NDArray[np.bool_] = (bed.height(points) <= maximum_height) & (rising < 0.5)
     return kept
-
-
-def paper_method(capture: Capture, points: Array, T_base_camera: Array, bed: Plane,
-                 config: ThicknessConfig) -> tuple[SidePoints, StatusArray, Array]:
-    """The published method: side points, status (N,) and sigma (N,) of path points (N, 3)."""
-    contours = contours_3d(capture, T_base_camera, config)
-    viewpoint = T_base_camera[:3, 3]
-    try:
-        plane = fit_plane(np.concatenate(contours), viewpoint)
-    except ValueError:  # nothing delineated
-        plane = bed
-    containing = containing_contour(
-        plane.coordinates(points), [plane.coordinates(contour) for contour in contours])
-    sides = side_points(points, tangents(points), contours, containing, plane.normal)
-    status = np.where(containing < 0, Status.GAP, Status.MEASURED).astype(np.uint8)
-    one_sided = np.isnan(sides.left_distance + sides.right_distance)
-    status[(status == Status.MEASURED) & one_sided] = Status.LOW_CONFIDENCE
-    distance = np.linalg.norm(points - viewpoint, axis=1)
-    return sides, status, pixel_edge_sigma(distance, capture.camera.focal_length)
-
-
-def contours_3d(capture: Capture, T_base_camera: Array,
-                config: ThicknessConfig) -> list[Array]:
-    """The fused contours (N_i, 3) in the base frame [m]; vertices without a point are left out."""
-    contours = []
-    for contour in delineate(capture.image, config.segmentation).fused:
-        points = sample_cloud(capture.cloud, contour.astype(np.float64))
-        points = points[np.isfinite(points).all(axis=1)]
-        if len(points) >= 3:
-            contours.append(transform(T_base_camera, points))
-    return contours
-
-
-def pixel_edge_sigma(distance: Array, focal_length: float) -> Array:
-    """1-sigma uncertainty of a width between two edges known to a whole pixel only [m].
-
-    Each edge is spread evenly over one pixel, whose side is distance / focal_length.
-    """
-    return distance / focal_length * np.sqrt(2 / 12)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.geometry import Array
 
+StatusArray = NDArray[np.uint8]
+
 
 class Status(IntEnum):
     """What is known of a sample; the numbers are those of ThicknessProfile.msg."""

@@ -11,7 +11,7 @@ from scipy.ndimage import median_filter
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.capture import Capture
-from bpc_perception.core.config import CrossSectionConfig
+from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Array, invert, Plane, transform
 
 Floats = NDArray[np.float32]
@@ -73,16 +73,16 @@ class Sections:
 
 
 def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Plane,
-                 config: CrossSectionConfig) -> Sections:
+                 config: ThicknessConfig) -> Sections:
     """Lines across path points (N, 3), following the surface where it bends."""
     T_camera_base = invert(T_base_camera)
     normal = bed.normal
-    tangent = smoothed_tangents(points, config.tangent_length)
+    tangent = smoothed_tangents(points, config.cross_section.tangent_length)
     lateral = _unit(np.cross(normal, tangent))
     spacing = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
     distance = float(np.median(transform(T_camera_base, points)[:, 2]))
     pixel = distance / capture.camera.focal_length
-    count = int(np.ceil(config.reach / (STEP * pixel)))
+    count = int(np.ceil(config.cross_section.reach / (STEP * pixel)))
     offset = np.linspace(-count, count, 2 * count + 1) * (STEP * pixel)
     beside, clearance, foreign = _territory(points, lateral, offset, spacing)
 

@@ -1,0 +1,161 @@
+"""Edges of the ink on either side of a path, to a fraction of a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import trapezoid
+
+from bpc_perception.core.geometry import Array
+from bpc_perception.core.sections import Flags, running_median, Sections, STEP
+
+Index = NDArray[np.intp]
+
+SETTLED = 2.0  # a stretch of bed that is shorter is noise [pixels]
+GLARE = 7.0  # a shorter one with ink behind it may be glare [pixels]
+PLATEAU = (1.5, 3.5)  # from the edge to where its two levels are read [pixels]
+PASSES = 3  # of reading levels and moving the edge
+SPIKE = 1.0  # an edge so far from those around it is a flaw of the image [pixels]
+ISLAND = 0.003  # so is a stretch between two jumps that is shorter [m]
+SMOOTHING_GAIN = 0.61  # root of (1 + 4 + 1) / 16, for noise that is independent
+
+
+@dataclass(frozen=True)
+class Edges:
+    """First edges outward from N path points on one side.
+
+    Attributes:
+        distance: (N,) from the path [m]; NaN = none found.
+        sigma: (N,) its 1-sigma uncertainty from noise [m].
+        hidden, outside, joined: (N,) whether an obstacle, the image's border or ink up to
+            another pass of the path comes first.
+    """
+
+    distance: Array
+    sigma: Array
+    hidden: Flags
+    outside: Flags
+    joined: Flags
+
+
+def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges:
+    """The first edges outward on the right (0) or left (1) side.
+
+    Behind an edge the bed has to be seen for a while. A stretch too short for that, with ink
+    again behind it, may be glare on the bead, or bed before a drop spilled beside it: then the
+    nearer or the farther edge is right, whichever goes on along the path.
+    """
+    middle = len(sections.offset) // 2
+    outward = slice(middle, None) if side else slice(middle, None, -1)
+    share = ink[:, outward]
+    foreign = np.maximum.accumulate(sections.foreign[:, outward], axis=1)
+    outside = share < 0.5  # False where it is not seen
+    nearer, farther = (_first_run(outside | foreign, round(length / STEP))
+                       for length in (SETTLED, GLARE))
+    count = share.shape[1]
+    column = np.arange(count)
+    border = np.where(foreign.any(axis=1), np.argmax(foreign, axis=1), count)
+    before = column < nearer[:, None]
+    hidden: Flags = np.any(sections.hidden[:, outward] & before, axis=1)
+    missing: Flags = np.any(~sections.inside[:, outward] & before, axis=1)
+    joined = (nearer >= border) & (border < count) & ~hidden & ~missing
+
+    step = STEP * sections.pixel
+    known = ~(hidden | missing | joined)
+    candidates = []
+    for first in (nearer, farther):
+        found = known & (first > 0) & (first < np.minimum(border, count))
+        position, slope = refine(share, np.clip(first, 1, count - 1), noise)
+        candidates.append(np.where(found, (position * step, noise * step / slope), np.nan))
+    near, far = candidates
+    sure = nearer == farther
+    expected = sections.steady(np.where(sure, near[0], np.nan))
+    share_sure = sections.steady(sure.astype(float))
+    expected = np.where(share_sure > 0.5, expected, sections.steady(far[0]))
+    take_far = ~sure & ~(np.abs(near[0] - expected) <= np.abs(far[0] - expected))
+    distance, sigma = np.where(take_far, far, near)
+    flaw = flaws(distance, np.fmax(4 * sigma, SPIKE * sections.pixel), sections.spacing)
+    distance[flaw], sigma[flaw] = np.nan, np.nan
+    smooth = smoothed(distance)
+    return Edges(smooth, sigma * np.where(smooth == distance, 1.0, SMOOTHING_GAIN), hidden,
+                 missing, joined)
+
+
+def _first_run(flags: Flags, length: int) -> Index:
+    """Where (N,) the first run of so many True starts in each row (N, K); K = there is none."""
+    padded = np.pad(flags, ((0, 0), (0, length)), constant_values=True)
+    total = np.pad(np.cumsum(padded, axis=1), ((0, 0), (1, 0)))
+    full: Flags = np.equal(total[:, length:] - total[:, :-length], length)
+    return np.argmax(full[:, :flags.shape[1] + 1], axis=1)
+
+
+def flaws(distance: Array, tolerance: Array, spacing: float) -> Flags:
+    """Where (N,) an edge (N,) [m] does not go on from its neighbours, to a tolerance (N,) [m].
+
+    Single ones, and short stretches that begin and end with a jump, as where a reflection runs
+    along the side of a bead.
+    """
+    single = np.abs(distance - running_median(distance, 5)) > tolerance
+    jump = np.abs(np.diff(distance)) > np.maximum(tolerance[1:], spacing)
+    unknown = np.isnan(distance)
+    border = np.concatenate(([True], jump | unknown[1:] | unknown[:-1]))
+    stretch = np.cumsum(border) - 1
+    length = np.bincount(stretch)[stretch] * spacing
+    jumps = np.bincount(stretch, np.concatenate(([False], jump)), len(border))
+    # A stretch begins with its own jump, and ends with that of the next.
+    ends = np.append(jumps[1:], 0.0)
+    return single | ((length < ISLAND) & (jumps > 0)[stretch] & (ends > 0)[stretch])
+
+
+def smoothed(values: Array) -> Array:
+    """Values (N,) with 1/4 of each neighbour's mixed in, where both are known."""
+    result = values.copy()
+    middle = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
+    result[1:-1] = np.where(np.isfinite(middle), middle, values[1:-1])
+    return result
+
+
+def refine(share: Array, first: Index, noise: Array) -> tuple[Array, Array]:
+    """Where (N,) shares (N, K) pass half-way between the levels on either side, and how steeply.
+
+    Levels are read beside the edge itself, since light, shade and a camera's blur near the
+    end of a run change them from place to place; and again from where that moves the edge to. The
+    half-way crossing is then moved to where as much ink lies outside as bed inside, which
+    holds for whole pixels as well. In samples from the path; NaN = no edge.
+    """
+    near, far = (round(distance / STEP) for distance in PLATEAU)
+    row = np.arange(len(share))[:, None]
+    steps = np.arange(near, far + 1)
+
+    def read(index: Index) -> Array:
+        return share[row, np.clip(index, 0, share.shape[1] - 1)]
+
+    start = first[:, None]
+    for _ in range(PASSES):
+        inside = read(np.maximum(start - 1 - steps, 0))
+        # A reflection near the edge takes away from the ink: then what it leaves counts.
+        fullest = np.percentile(inside, 90, axis=1) - np.maximum(0.1, 2 * noise)
+        inner = np.maximum(np.median(inside, axis=1), fullest)
+        outer = np.median(read(start + steps), axis=1)
+        step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer,
+                        np.nan)
+        index = start + np.arange(-near - 1, near + 1)
+        values = (read(index) - outer[:, None]) / step[:, None] - 0.5
+        falls = (values[:, :-1] >= 0) & (values[:, 1:] < 0)
+        nearest = np.argmin(np.where(falls, np.abs(index[:, :-1] + 0.5 - start), np.inf), axis=1)
+        above, below = (values[row[:, 0], nearest + ahead] for ahead in (0, 1))
+        slope = np.where(falls.any(axis=1), above - below, np.nan)
+        crossing = index[row[:, 0], nearest] + above / slope
+        start = np.where(np.isfinite(crossing), np.ceil(crossing), 1).astype(np.intp)[:, None]
+
+    reach = np.linspace(-near, near, 4 * near + 1)
+    place = np.where(np.isfinite(crossing), crossing, 1.0)[:, None] + reach
+    base = np.floor(place).astype(np.intp)
+    part = place - base
+    values = (1 - part) * read(base) + part * read(base + 1)
+    values = (values - outer[:, None]) / step[:, None] - 0.5
+    surplus = trapezoid(values, reach, axis=1)
+    shift = surplus / np.maximum(values[:, 0] - values[:, -1], 0.5)
+    return crossing + np.clip(shift, -1.0, 1.0), slope * step

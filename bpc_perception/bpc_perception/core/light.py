@@ -1,0 +1,136 @@
+"""What ink and bed look like along a path, and how much of each place is ink."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.stats import chi2
+
+from bpc_perception.core.geometry import Array
+from bpc_perception.core.sections import Flags, masked_median, Sections, STEP
+
+BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
+HALO = 2.5  # around glare the lens spreads its light so far [pixels]
+BED_CORE = 0.5  # beside the path some of what lies there may be other ink
+INK_CORE = 0.95  # shading and reflections are part of what ink looks like
+
+
+@dataclass(frozen=True)
+class Light:
+    """What ink and bed look like at N sections.
+
+    Attributes:
+        bed: (2, N, 3) colours of the bed to the right and to the left.
+        weight: (N, 3) how to weigh colour channels, so that a step from bed to ink is 1.
+        noise: (N,) 1-sigma noise of a colour so weighed; large = ink is not told from bed.
+        glare_from: (2, N) brightness, the mean of red, green and blue, above which a sample is
+            neither ink nor bed.
+    """
+
+    bed: Array
+    weight: Array
+    noise: Array
+    glare_from: Array
+
+
+def find_light(sections: Sections, extruding: Flags) -> Light:
+    """What ink and bed look like along the path."""
+    middle = np.abs(sections.offset) <= sections.pixel
+    centre = sections.colour[:, middle].mean(axis=1).astype(np.float64)
+    centre[~sections.visible[:, middle].all(axis=1)] = np.nan
+    coarse = slice(None, None, round(1 / STEP))  # a sample a pixel
+    colour = sections.colour[:, coarse].astype(np.float64)
+    visible = sections.visible[:, coarse]
+    beside = sections.beside[:, coarse] & visible
+    is_left = sections.offset[coarse] > 0
+    bed = find_bed(sections, np.stack((masked_median(colour, beside & ~is_left),
+                                       masked_median(colour, beside & is_left))), centre)
+    around_bed = colour - np.where(is_left[:, None], bed[1][:, None], bed[0][:, None])
+    bed_spread = _covariance(around_bed[beside], BED_CORE)
+
+    step = centre - bed.mean(axis=0)
+    contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
+    laid = np.isfinite(contrast) & (extruding if extruding.any() else True)
+    if not laid.any():
+        unknown = np.full(len(step), np.inf)
+        return Light(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)))
+    typical = np.median(step[laid & (contrast >= np.median(contrast[laid]))], axis=0)
+
+    # Fisher's direction, twice: what varies within the ink, its shading, is seen only once it
+    # is known where ink is.
+    spread = bed_spread
+    for _ in range(2):
+        towards = np.linalg.solve(spread, typical)
+        share = step @ towards / (typical @ towards)
+        local = sections.steady(np.where((share > 0.5)[:, None], step, np.nan))
+        weight = np.linalg.solve(spread, local.T).T
+        weight /= np.einsum('ni,ni->n', local, weight)[:, None]
+        inked = np.einsum('nmk,nk->nm', around_bed, weight) > 0.6
+        inner = inked & np.roll(inked, 1, axis=1) & np.roll(inked, -1, axis=1) & visible
+        inner &= (share > 0.5)[:, None]
+        # All of the ink, not its middle alone, where light from above is reflected.
+        ink = masked_median(colour, inner)
+        step = np.where(inner.any(axis=1)[:, None], ink - bed.mean(axis=0), step)
+        spread = bed_spread + _covariance((colour - ink[:, None])[inner], INK_CORE)
+    noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
+    # On ink brighter than its bed, what is brighter still is no less ink.
+    brightness = np.where(local.mean(axis=1) < 0, bed.mean(axis=2), np.inf)
+    return Light(bed, weight, noise, brightness + BRIGHT * np.sqrt(bed_spread.sum()) / 3)
+
+
+def find_bed(sections: Sections, beside: Array, centre: Array) -> Array:
+    """Colours (2, N, 3) of the bed on both sides, from what lies beside and on the path.
+
+    Where strands lie closely, what lies half-way between them may be ink as well. It is taken for
+    bed only if it is nearer to the bed farther out than to the ink.
+    """
+    sure = sections.clearance >= sections.clearance.max() / 2
+    open_bed = np.stack([sections.steady(np.where(known[:, None], colours, np.nan))
+                         for known, colours in zip(sure, beside, strict=True)])
+    open_bed = np.where(np.isfinite(open_bed), open_bed, open_bed[::-1])
+    step = centre - open_bed.mean(axis=0)
+    size = np.linalg.norm(step, axis=1)
+    if np.isfinite(size).any():
+        strong = np.median(step[size >= np.nanmedian(size)], axis=0)
+        share = (beside - open_bed) @ strong / (strong @ strong)
+        sure |= share < 0.4
+    bed = np.stack([sections.steady(np.where(known[:, None], colours, np.nan))
+                    for known, colours in zip(sure, beside, strict=True)])
+    return np.where(np.isfinite(bed), bed, bed[::-1])
+
+
+def ink_share(sections: Sections, light: Light) -> Array:
+    """How much of each sample (N, M) is ink: 0 = bed, 1 = ink; NaN where it is not seen.
+
+    In and around glare the colour of what shines is not seen either.
+    """
+    middle = len(sections.offset) // 2
+    share = np.empty(sections.colour.shape[:2])
+    glare = np.zeros(share.shape, np.uint8)
+    brightness = sections.colour.mean(axis=2)
+    for side, part in ((0, slice(None, middle)), (1, slice(middle, None))):
+        share[:, part] = np.einsum(
+            'nmk,nk->nm', sections.colour[:, part] - light.bed[side][:, None], light.weight)
+        glare[:, part] = brightness[:, part] > light.glare_from[side][:, None]
+    across = 2 * round(HALO / STEP) + 1
+    along = 2 * round(HALO * sections.pixel / sections.spacing) + 1
+    glare = np.asarray(cv2.dilate(glare, np.ones((along, across), np.uint8)), np.uint8)
+    share[~sections.visible | (glare > 0)] = np.nan
+    return share
+
+
+def _covariance(residual: Array, core: float) -> Array:
+    """Covariance (3, 3) of the inner share ``core`` of residuals (K, 3), and never quite nothing.
+
+    As if they were normally distributed, in which case a core has less of it.
+    """
+    floor = np.eye(3) * 0.5**2  # rounding to whole grey levels, and then some
+    residual = residual[np.isfinite(residual).all(axis=1)]
+    if len(residual) < 10:
+        return floor
+    size = np.linalg.norm(residual, axis=1)
+    inner = residual[size <= np.quantile(size, core)]
+    part = chi2.cdf(chi2.ppf(core, 3), 5) / core
+    return np.asarray(inner.T @ inner / len(inner) / part + floor)
