@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bpc_sim.studies.cases import case_path, measure_case
+from bpc_sim.studies.peers import PEERS_STUDY
 from bpc_sim.studies.scenes import HARDWARE, STRESS_STUDY
 from bpc_sim.studies.study import Row, Study
 from bpc_sim.studies.sweeps import RESOLUTION, THICKNESS
@@ -18,4 +19,5 @@ STUDIES: dict[str, Study[Any, Any]] = {
     'thickness': THICKNESS,
     'hardware': HARDWARE,
     'stress': STRESS_STUDY,
+    'peers': PEERS_STUDY,
 }

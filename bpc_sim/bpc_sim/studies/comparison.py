@@ -63,7 +63,8 @@ class Comparison:
     @property
     def largest_error(self) -> float:
         """Largest absolute error [m]."""
-        return float(np.max(np.abs(self.error), initial=0.0, where=np.isfinite(self.error)))
+        size = np.abs(self.error[np.isfinite(self.error)])
+        return float(size.max()) if len(size) else np.nan
 
     @property
     def answered(self) -> float:

@@ -12,6 +12,7 @@ from bpc_sim.studies.study import METHODS, Row
 COLOURS = dict(zip(METHODS, ('#1f5fbf', '#d9822b'), strict=True))
 LABELS = {'ratio': 'resolution ratio', 'width_mm': 'thickness [mm]', 'time_ms': 'time [ms]',
           'MAE_percent': 'MAE [% of the thickness]'}
+LOGARITHMIC = {'MAE_percent'}  # the methods differ by a power of ten
 
 
 def figure(title: str, rows: list[Row], axes: Sequence[str]) -> str:
@@ -26,7 +27,9 @@ def figure(title: str, rows: list[Row], axes: Sequence[str]) -> str:
                 mode='lines+markers', line={'color': colour}, legendgroup=method,
                 showlegend=panel == 1), 1, panel)
         drawn.update_xaxes(title=LABELS[along], row=1, col=panel)
-        drawn.update_yaxes(title=LABELS[column], rangemode='tozero', row=1, col=panel)
-    drawn.update_layout(title=title, template='plotly_white',
+        drawn.update_yaxes(title=LABELS[column], row=1, col=panel,
+                           **({'type': 'log', 'dtick': 1} if column in LOGARITHMIC
+                              else {'rangemode': 'tozero'}))
+    drawn.update_layout(title=title, template='plotly_white', height=480,
                         legend={'orientation': 'h', 'y': -0.2})
     return str(drawn.to_html(include_plotlyjs=True))
