@@ -25,6 +25,8 @@ def load_hand_eye(path: str | Path) -> HandEye:
     Its transform is the pose of the camera's optical frame in the robot base frame
     (``eye_on_base``) or flange frame (``eye_in_hand``), in metres.
     """
+    if not str(path):
+        raise HandEyeError('hand-eye calibration: expected a file, found none given')
     path = Path(path)
     try:
         if path.stat().st_size > SIZE_LIMIT:
@@ -35,7 +37,7 @@ def load_hand_eye(path: str | Path) -> HandEye:
         raise
     # PyYAML lets ValueError through for dates such as 2024-99-99, and RecursionError.
     except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
-        problem = str(error).splitlines()[0]
+        problem = getattr(error, 'strerror', None) or str(error).splitlines()[0]
         raise HandEyeError(f'{path}: expected a readable YAML file, found: {problem}') from error
     mount = _entry(content, 'parameters', 'calibration_type', path)
     if not isinstance(mount, str) or mount not in MOUNTS:

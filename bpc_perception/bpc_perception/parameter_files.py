@@ -33,7 +33,7 @@ def configure(default: ConfigType, node: str, file: str | Path | None) -> Config
         flat = dict(_flat(parameters))
         if selector.strip('/') == '**':
             values.update({name: value for name, value in flat.items() if name in known})
-        elif selector.strip('/') == node:
+        elif selector.rsplit('/', 1)[-1] == node:  # in whatever namespace
             values.update(flat)
     return replace_flat(default, values)
 
@@ -44,7 +44,7 @@ def _sections(path: Path) -> dict[str, dict[str, Any]]:
             raise ParameterFileError(f'{path}: expected parameters, found a very large file')
         content = yaml.safe_load(path.read_text(encoding='utf-8'))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        problem = str(error).splitlines()[0]
+        problem = getattr(error, 'strerror', None) or str(error).splitlines()[0]
         raise ParameterFileError(f'{path}: expected a YAML file, found: {problem}') from error
     try:
         return {str(node): dict(section['ros__parameters'])

@@ -76,7 +76,11 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
         load_hand_eye(tmp_path / 'none.calib')
 
 
-@pytest.mark.parametrize('name', ['', '.'])
-def test_a_folder_is_refused(name: str) -> None:
+def test_a_folder_is_refused() -> None:
     with pytest.raises(HandEyeError, match='expected a readable YAML file, found'):
-        load_hand_eye(name)
+        load_hand_eye('.')
+
+
+def test_none_given_is_refused_in_plain_words() -> None:
+    with pytest.raises(HandEyeError, match='expected a file, found none given'):
+        load_hand_eye('')

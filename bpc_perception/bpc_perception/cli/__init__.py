@@ -20,7 +20,8 @@ UsageError: Any = typer.BadParameter.__base__
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None,
                   pretty_exceptions_enable=False,
-                  help='Live thickness feedback for robotic bioprinting.')
+                  help='Live thickness feedback for robotic bioprinting. Also: ./bpc env prints '
+                       'the environment, for colcon and tools run by hand.')
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),

@@ -7,20 +7,26 @@ from typing import Annotated
 
 import typer
 
+from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
-from bpc_perception.cli.options import ParametersOption
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.parameter_files import configure
 
+PATIENCE = 5.0  # until topics that are still silent are named [s]
+
 
 def live(
     hand_eye: Annotated[Path, typer.Option(
         '--handeye', metavar='FILE', help='Hand-eye calibration (easy_handeye2 .calib).')],
-    parameters: ParametersOption = None,
+    parameters: Annotated[Path | None, typer.Option(
+        '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
 ) -> None:
-    """Measure a running print until Ctrl-C; camera, robot and extruder publish by themselves."""
+    """Measure a running print until Ctrl-C.
+
+    Camera, robot and extruder publish by themselves.
+    """
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
     configure(RecorderConfig(), 'path_recorder', parameters)
@@ -33,4 +39,8 @@ def live(
             nodes.check()
             return False
 
+        monitor.spin_until(ended, PATIENCE)
+        for name in (*topics.CAMERA, *topics.PRINT):
+            if not monitor.publishers(name):
+                print(f'  {name}: nobody publishes it yet')
         monitor.spin_until(ended)

@@ -23,7 +23,7 @@ def measure(
     all_captures: Annotated[bool, typer.Option(
         '--all', help='Write the outputs of every capture, each into its own folder.')] = False,
 ) -> None:
-    """Measure a recorded print; the same result as a live run, to the last digit."""
+    """Measure a recorded print, to the same digits as live."""
     inputs.check_out(out)
     given = inputs.load(bag, hand_eye, parameters)
     table = ResultTable()

@@ -51,11 +51,15 @@ class Monitor:
             self._executor.spin_once(timeout_sec=0.05)
         return True
 
+    def publishers(self, name: str) -> int:
+        """How many publish a topic."""
+        return int(self._node.count_publishers(name))
+
     def expect_no_other_printer(self) -> None:
         """Refuse to play a printer where one is: ours would mix with its poses."""
         self.spin_until(lambda: False, DISCOVERY)
         for name in (*topics.PRINT, *topics.CAMERA):
-            count = self._node.count_publishers(name)
+            count = self.publishers(name)
             if count:
                 raise ValueError(f'{name}: expected no publisher before the start, found {count}; '
                                  'set ROS_DOMAIN_ID to a number of its own')

@@ -12,7 +12,10 @@ import typer
 def record(
     out: Annotated[Path, typer.Option('--out', metavar='BAG', help='New rosbag2 folder.')],
 ) -> None:
-    """Record camera, robot, extruder and results until Ctrl-C; readable even if killed."""
+    """Record the suite's topics until Ctrl-C.
+
+    What was recorded is readable even if the recorder is killed.
+    """
     if out.exists():
         raise ValueError(f'{out}: expected a new bag, found that it exists')
     # Imported late: only this command needs ROS set up in this process.

@@ -39,7 +39,7 @@ def replay(
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
     loop: Annotated[bool, typer.Option(help='Again and again, until Ctrl-C.')] = False,
 ) -> None:
-    """Replay a recording through the nodes, over topics, with /clock."""
+    """Replay a recording through the nodes, over topics."""
     inputs.check_out(out)
     PlayerConfig(rate=rate)
     given = inputs.load(bag, hand_eye, parameters)

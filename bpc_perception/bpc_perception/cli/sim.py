@@ -14,11 +14,13 @@ from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import AdviceConfig, CameraConfig
 
-START_DELAY = 3.0  # until all nodes have found each other [s]
+START_DELAY = 6.0  # until all nodes have found each other [s]
 
 
 def sim(
-    scenario: Annotated[str, typer.Option(help='What is printed.')] = 'spiral_gaps',
+    scenario: Annotated[str, typer.Option(help=(
+        'What is printed: spiral_gaps, line, ring, meander, archimedean or fermat.'
+    ))] = 'spiral_gaps',
     speed: Annotated[float, typer.Option(help='Of the nozzle [mm/s].')] = 3.0,
     rate: Annotated[float, typer.Option(help='Captures a second.')] = 0.5,
     target: Annotated[float, typer.Option(help='Thickness wanted [mm].')] = 2.0,
@@ -31,6 +33,8 @@ def sim(
     from bpc_sim.sample import hand_eye, parameters
     from bpc_sim.sample import record as record_print
 
+    if not 0.1 <= speed <= 500:
+        raise ValueError(f'speed: expected 0.1 to 500 mm/s, found {speed:g}')
     config = SimConfig(scenario=scenario, speed=speed * 1e-3)
     CameraConfig(rate=rate)
     AdviceConfig(target_thickness=target * 1e-3)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rich.console import Console
 
 from bpc_perception.core.advice import RateAdvice
@@ -32,6 +34,7 @@ class ResultTable:
         length = profile.arc_length[-1] * 1e3 if len(profile) else 0.0
         self._print((
             str(profile.capture), f'{length:.1f}', f'{summary.coverage:.0%}',
+            '-' if math.isnan(summary.thickness_mean) else
             f'{summary.thickness_mean * 1e3:.3f} ± {summary.thickness_std * 1e3:.3f}',
             f'{summary.gap_count} ({summary.gap_length * 1e3:.1f} mm)', in_words(advice)))
 
