@@ -4,10 +4,10 @@ The default method is asked all that the eye is sure of, in all three panels.
 
 Of the published method only what it gets right is asked. It takes whatever edges enclose for
 ink: cells of bed within a frame that closes around them (the right panel; the left one from
-line 3 on) come out as ink, 28 to 45 mm wide, and the bed between counts as measured. A bead's shadow becomes part of the bead where it
-is as sharp as the bead (left panel, line 2 and parts of line 1). Canny's higher threshold has
-to lie between 300 and 340: below, the middle panel's frame closes as well; above, first lines
-open.
+line 3 on) come out as ink, 28 to 45 mm wide, and the bed between counts as measured. A bead's
+shadow becomes part of the bead where it is as sharp as the bead (left panel, line 2 and parts
+of line 1). Canny's higher threshold has to lie between 300 and 340: below, the middle panel's
+frame closes as well; above, first lines open.
 """
 
 from __future__ import annotations
