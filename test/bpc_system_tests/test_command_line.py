@@ -102,7 +102,7 @@ WRONG = {
                                         ['nowhere', 'No such file']),
     'unknown scenario': (['sim', '--scenario', 'teapot'],
                          ['scenario: expected one of', *SCENARIOS, "found 'teapot'"]),
-    'sim without speed': (['sim', '--speed', 0], ['speed: expected', 'found 0.0']),
+    'sim without speed': (['sim', '--speed', 0], ['speed: expected 0.1 to 500 mm/s', 'found 0']),
     'sim without captures': (['sim', '--rate', 0], ['rate: expected more than 0']),
     'sim with a target of no size': (['sim', '--record', 'bag', '--target', -1],
                                      ['target_thickness: expected 0 to', 'found -0.001']),
