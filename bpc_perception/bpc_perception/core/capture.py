@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,24 +31,33 @@ class PinholeCamera:
         return float(self.K[0, 0] + self.K[1, 1]) / 2
 
     def pixels(self, points: Array) -> Array:
-        """Project points (N, 3) of the camera frame [m] to pixels (N, 2) as (u, v).
+        """Project points (..., 3) of the camera frame [m] to pixels (..., 2) as (u, v).
 
         Pixel centres have integer coordinates. Points not in front of the camera, and
-        non-finite ones, give NaN.
+        non-finite ones, give NaN. As cv2.projectPoints, which takes ten times as long, since it
+        works out derivatives as well.
         """
-        uv = np.full((len(points), 2), np.nan)
-        # NaN fails the comparison.
-        seen = np.flatnonzero(np.isfinite(points.sum(axis=1)) & (points[:, 2] > 1e-6))
-        if len(seen):
-            projected = cv2.projectPoints(
-                np.ascontiguousarray(points[seen]), np.zeros(3), np.zeros(3),
-                self.K, self.distortion)[0]
-            uv[seen] = projected[:, 0]
+        z = points[..., 2]
+        z = np.where((z > 1e-6) & (z < np.inf), z, np.nan)
+        x, y = points[..., 0] / z, points[..., 1] / z
+        if self.distortion.any():
+            x, y = self._distort(x, y)
+        uv = np.stack((self.K[0, 0] * x + self.K[0, 1] * y + self.K[0, 2],
+                       self.K[1, 1] * y + self.K[1, 2]), axis=-1)
+        uv[~np.isfinite(uv).all(axis=-1)] = np.nan
         return uv
 
+    def _distort(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Where a lens moves places x, y of the plane z = 1 [OpenCV, calib3d: distortion]."""
+        k1, k2, p1, p2, k3, k4, k5, k6 = np.pad(self.distortion, (0, 8 - len(self.distortion)))
+        r2 = x * x + y * y
+        radial = ((1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6))))
+        return (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+                y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y)
+
     def contains(self, uv: Array) -> NDArray[np.bool_]:
-        """Whether pixels (N, 2) lie between the outermost pixel centres of the image."""
-        u, v = uv[:, 0], uv[:, 1]
+        """Whether pixels (..., 2) lie between the outermost pixel centres of the image."""
+        u, v = uv[..., 0], uv[..., 1]
         inside: NDArray[np.bool_] = (
             (u >= 0) & (u <= self.width - 1) & (v >= 0) & (v <= self.height - 1))
         return inside

@@ -108,10 +108,7 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     foot = foot + np.where(np.isfinite(level), level, 0.0)[:, None] * normal
     lateral = _unit(lateral + slope[:, None] * normal)
 
-    places = foot[:, None] + offset[:, None] * lateral[:, None]
-    uv = capture.camera.pixels(transform(T_camera_base, places.reshape(-1, 3)))
-    inside = np.isfinite(uv.sum(axis=1)) & capture.camera.contains(uv)
-    shape = (len(points), len(offset))
+    uv = _pixels(capture, foot, lateral, offset, T_camera_base)
     height, _ = _heights(capture, foot, lateral, offset, normal, T_base_camera)
     margin = 2 * round(config.obstacle_margin / STEP) + 1
     along = 2 * round(config.obstacle_margin * pixel / spacing) + 1
@@ -123,9 +120,9 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     lean = -ridge * np.einsum('nk,nk->n', to_camera, tangent) / (to_camera @ normal)
     return Sections(
         foot, lateral, np.where(np.isfinite(lean), lean, 0.0), offset, pixel, spacing,
-        inside.reshape(shape), np.asarray(hidden), np.isfinite(height).mean(axis=1) > 0.1,
+        capture.camera.contains(uv), np.asarray(hidden), np.isfinite(height).mean(axis=1) > 0.1,
         _raised(height, offset, pixel, beside), beside, clearance, foreign,
-        sample_image(capture.image, uv.reshape(*shape, 2)))
+        sample_image(capture.image, uv))
 
 
 def sample_image(image: NDArray[np.uint8], uv: Array) -> Floats:
@@ -183,21 +180,26 @@ def running_median(values: Array, window: int) -> Array:
     return result.reshape(values.shape)
 
 
+def _pixels(capture: Capture, foot: Array, lateral: Array, offset: Array,
+            T_camera_base: Array) -> Array:
+    """Pixels (N, M, 2) of the samples of sections."""
+    origin, direction = transform(T_camera_base, foot), lateral @ T_camera_base[:3, :3].T
+    return capture.camera.pixels(origin[:, None] + offset[:, None] * direction[:, None])
+
+
 def _heights(capture: Capture, foot: Array, lateral: Array, offset: Array, normal: Array,
              T_base_camera: Array) -> tuple[Array, Array]:
     """Height above the section and place along it (N, M) of the cloud at its samples [m]."""
     T_camera_base = invert(T_base_camera)
-    places = foot[:, None] + offset[:, None] * lateral[:, None]
-    uv = capture.camera.pixels(transform(T_camera_base, places.reshape(-1, 3)))
-    inside = np.isfinite(uv.sum(axis=1)) & capture.camera.contains(uv)
-    u, v = np.rint(np.where(inside[:, None], uv, 0.0)).astype(np.intp).T
-    cloud = capture.cloud[v, u].reshape(len(foot), len(offset), 3)
+    uv = _pixels(capture, foot, lateral, offset, T_camera_base)
+    inside = capture.camera.contains(uv)
+    u, v = np.moveaxis(np.rint(np.where(inside[..., None], uv, 0.0)).astype(np.intp), -1, 0)
+    cloud = capture.cloud[v, u]
     rotation = T_camera_base[:3, :3]
     from_foot = cloud - transform(T_camera_base, foot)[:, None].astype(np.float32)
     height = from_foot @ (rotation @ normal).astype(np.float32)
     place = np.einsum('nmk,nk->nm', from_foot, (lateral @ rotation.T).astype(np.float32))
-    outside = ~inside.reshape(height.shape)
-    height[outside], place[outside] = np.nan, np.nan
+    height[~inside], place[~inside] = np.nan, np.nan
     return height.astype(np.float64), place.astype(np.float64)
 
 

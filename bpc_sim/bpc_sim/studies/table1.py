@@ -17,7 +17,7 @@ from bpc_sim.studies.study import METHODS, Row, Study
 class Drawn:
     """A case, drawn and measured by each method."""
 
-    case: PaperCase
+    number: int
     drawing: str
     measured: dict[str, Comparison]
 
@@ -33,7 +33,7 @@ def work(task: tuple[str, int, int]) -> Drawn:
     drawing, number, seed = task
     case = list(paper_cases(seed))[number - 1]
     image = DRAWINGS[drawing].image(case, seed)
-    return Drawn(case, drawing, {
+    return Drawn(number, drawing, {
         method: compare_profile(measure_case(case, ThicknessConfig(method=method), image),
                                 case.thickness)
         for method in METHODS})
@@ -44,11 +44,10 @@ def rows(found: list[Drawn]) -> list[Row]:
     table = []
     for drawing in DRAWINGS:
         for method in METHODS:
-            for number in range(1, 9):
-                drawn = [one for one in found
-                         if (one.drawing, one.case.number) == (drawing, number)]
-                table.append(row(drawn[0].case, drawing, method,
-                                 together([one.measured[method] for one in drawn])))
+            for case in paper_cases():
+                measured = together([one.measured[method] for one in found
+                                     if (one.drawing, one.number) == (drawing, case.number)])
+                table.append(row(case, drawing, method, measured))
     return table
 
 
