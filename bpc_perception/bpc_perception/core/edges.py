@@ -19,6 +19,7 @@ PLATEAU = (1.5, 3.5)  # from the edge to where its two levels are read [pixels]
 PASSES = 3  # of reading levels and moving the edge
 SPIKE = 1.0  # an edge so far from those around it is a flaw of the image [pixels]
 ISLAND = 0.003  # so is a stretch between two jumps that is shorter [m]
+DOUBT = 0.3  # 1-sigma uncertainty where two edges had to be chosen between [pixels]
 SMOOTHING_GAIN = 0.61  # root of (1 + 4 + 1) / 16, for noise that is independent
 
 
@@ -76,6 +77,7 @@ def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges
     expected = np.where(share_sure > 0.5, expected, sections.steady(far[0]))
     take_far = ~sure & ~(np.abs(near[0] - expected) <= np.abs(far[0] - expected))
     distance, sigma = np.where(take_far, far, near)
+    sigma = np.hypot(sigma, np.where(sure, 0.0, DOUBT * sections.pixel))
     flaw = flaws(distance, np.fmax(4 * sigma, SPIKE * sections.pixel), sections.spacing)
     distance[flaw], sigma[flaw] = np.nan, np.nan
     smooth = smoothed(distance)
