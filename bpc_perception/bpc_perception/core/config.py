@@ -238,7 +238,7 @@ class ThicknessConfig(Config):
         'What stands this far above the bed hides it, as the nozzle does', 'm',
         0.0005, 1)] = 0.0025
     obstacle_margin: Annotated[float, Parameter(
-        'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 3.0
+        'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 2.0
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
