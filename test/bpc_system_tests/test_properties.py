@@ -1,0 +1,237 @@
+"""What must not change a thickness: where the print lies, its colours, which way it is read.
+
+The print is 1.5 mm wide or about, bends and has a gap. It is drawn without noise, so that all that
+is left is what a method itself adds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+from bpc_perception.core.capture import Capture
+from bpc_perception.core.config import parameters_of, ThicknessConfig
+from bpc_perception.core.geometry import Array, transform
+from bpc_perception.core.measurement import measure
+from bpc_perception.core.path import DepositionPath
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_sim.curves import turtle
+from bpc_sim.deposit import Deposit
+from bpc_sim.imaging import Colour, expose, Imaging, mix
+from bpc_sim.paper_cases import planar_capture
+from bpc_sim.raster import coverage
+from bpc_sim.truth import SPEED, STAMP_NS
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+import numpy as np
+from numpy.typing import NDArray
+import pytest
+from scipy.spatial.transform import Rotation
+
+Flags = NDArray[np.bool_]
+
+METHODS = parameters_of(ThicknessConfig)['method'][0].choices
+MM = 1e-3
+SIZE = 200  # [pixels]
+PIXEL = 0.1 * MM
+INK, BED = (40.0, 80.0, 170.0), (205.0, 205.0, 200.0)
+BLUR = 0.8  # [pixels]
+LENGTH = 15 * MM
+GAP = (9 * MM, 11 * MM)
+SIGMAS = 3.0
+STEPS = 1.5  # statuses may differ this near to where the ink starts or ends [path points]
+
+few = settings(max_examples=20, derandomize=True, deadline=None)
+colours = st.tuples(*[st.integers(20, 230).map(float)] * 3)
+
+
+@dataclass(frozen=True)
+class Print:
+    """A print and its picture; its base frame is the surface's.
+
+    Attributes:
+        start: of the path (x, y) [m].
+        heading: of the path there [rad].
+        turn: of the path on the whole, positive to the left [rad].
+        ink, bed: RGB, 0..255.
+        spacing: of the path's samples [m].
+    """
+
+    start: tuple[float, float] = (-6 * MM, -2 * MM)
+    heading: float = -0.3
+    turn: float = 1.2
+    ink: Colour = INK
+    bed: Colour = BED
+    spacing: float = 0.2 * MM
+
+    @property
+    def deposit(self) -> Deposit:
+        """The ink."""
+        curve = turtle(((LENGTH / 3, 0), (LENGTH / 3, self.turn), (LENGTH / 3, 0)), self.start,
+                       self.heading)
+        return Deposit(curve, width, np.array((GAP,)))
+
+    def capture(self) -> tuple[Capture, Array]:
+        """What a camera straight above delivers, and its pose."""
+        covered = covered_by(replace(self, ink=INK, bed=BED, spacing=0.0))
+        image = expose(mix(self.ink, self.bed, covered), covered, Imaging(blur=BLUR),
+                       np.random.default_rng(0))
+        return planar_capture(image, PIXEL, STAMP_NS)
+
+    def path(self) -> DepositionPath:
+        """As a recorder gives it."""
+        s = np.linspace(0, LENGTH, round(LENGTH / self.spacing) + 1)
+        points = np.column_stack((self.deposit.curve.points(s), np.zeros(len(s))))
+        return path_of(points, s)
+
+    def measured(self, method: str) -> ThicknessProfile:
+        """Its profile."""
+        capture, T_base_camera = self.capture()
+        return measure(capture, self.path(), T_base_camera, ThicknessConfig(method=method))
+
+
+def width(s: Array) -> Array:
+    """The print's own width at arc lengths s (N,) [m]."""
+    return (1.5 + 0.3 * np.sin(2 * np.pi * s / LENGTH)) * MM
+
+
+@cache
+def covered_by(drawn: Print) -> Array:
+    """Fraction (SIZE, SIZE) of each pixel that ink covers."""
+    deposit = drawn.deposit
+    return coverage(lambda points: deposit.locate(points).margin, SIZE, PIXEL)
+
+
+def path_of(points: Array, s: Array) -> DepositionPath:
+    """A path through points (N, 3) at arc lengths s (N,) [m]."""
+    unknown = np.full(len(s), np.nan)
+    return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s / SPEED, s, points, unknown,
+                          unknown, np.ones(len(s), bool))
+
+
+def assert_same(one: ThicknessProfile, other: ThicknessProfile, scale: float = 1.0) -> None:
+    """The second profile is ``scale`` times the first within sigma, and as complete."""
+    inner = away_from_ends(one)
+    np.testing.assert_array_equal(one.status[inner], other.status[inner])
+    both = compared(one) & compared(other)
+    assert both.mean() > 0.75
+    off = np.abs(other.thickness / scale - one.thickness)[both]
+    assert (off <= SIGMAS * np.hypot(one.sigma, other.sigma / scale)[both]).all()
+
+
+def away_from_ends(profile: ThicknessProfile) -> Flags:
+    """Which samples (N,) do not lie where the ink starts or ends."""
+    s = profile.arc_length * (LENGTH / profile.arc_length[-1])
+    borders = np.abs(s[:, None] - np.array((0, *GAP, LENGTH))).min(axis=1)
+    return np.asarray(borders > STEPS * max(s[1] - s[0], PIXEL))
+
+
+def compared(profile: ThicknessProfile) -> Flags:
+    """Which samples (N,) have to have their thickness.
+
+    The published method takes the nearest of the outline, which at an end is the end itself.
+    """
+    measured: Flags = profile.status == Status.MEASURED
+    return measured & away_from_ends(profile) if profile.method == 'paper' else measured
+
+
+@pytest.fixture(params=METHODS)
+def method(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def plain(method: str) -> ThicknessProfile:
+    """The print as it is."""
+    return Print().measured(method)
+
+
+def test_the_print_itself_is_measured(plain: ThicknessProfile) -> None:
+    measured = compared(plain)
+    assert measured.mean() > 0.75
+    assert (plain.status == Status.GAP).mean() > 0.1
+    off = np.abs(plain.thickness - width(plain.arc_length))[measured]
+    assert (off <= SIGMAS * plain.sigma[measured]).all()
+
+
+@pytest.mark.parametrize('method', METHODS)
+@few
+@given(x=st.floats(-1, 1), y=st.floats(-1, 1), angle=st.floats(-np.pi, np.pi))
+def test_a_print_that_lies_elsewhere(method: str, x: float, y: float, angle: float) -> None:
+    cos, sin = np.cos(angle), np.sin(angle)
+    start = np.array(((cos, -sin), (sin, cos))) @ Print().start + np.array((x, y)) * MM
+    moved = Print(start=(float(start[0]), float(start[1])), heading=Print().heading + angle)
+    assert_same(Print().measured(method), moved.measured(method))
+
+
+@pytest.mark.parametrize('method', METHODS)
+@few
+@given(shift=st.tuples(*[st.floats(-1, 1)] * 3), turn=st.tuples(*[st.floats(-2, 2)] * 3))
+def test_a_base_frame_that_lies_elsewhere(method: str, shift: tuple[float, ...],
+                                          turn: tuple[float, ...]) -> None:
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
+    T[:3, 3] = shift
+    capture, T_base_camera = Print().capture()
+    path = Print().path()
+    moved = measure(capture, replace(path, points=transform(T, path.points)), T @ T_base_camera,
+                    ThicknessConfig(method=method))
+    assert_same(Print().measured(method), moved)
+
+
+@pytest.mark.parametrize('method', METHODS)
+@few
+@given(ink=colours, bed=colours)
+@example(ink=(0.0, 0.0, 0.0), bed=(255.0, 255.0, 255.0))
+@example(ink=(180.0, 60.0, 60.0), bed=(60.0, 121.0, 60.0))
+def test_colours_that_are_swapped(method: str, ink: Colour, bed: Colour) -> None:
+    assume(np.abs(np.subtract(ink, bed)).max() >= 80)  # for the published method's thresholds
+    one, other = Print(ink=ink, bed=bed), Print(ink=bed, bed=ink)
+    assert_same(one.measured(method), other.measured(method))
+
+
+def test_a_path_that_is_reversed(method: str, plain: ThicknessProfile) -> None:
+    capture, T_base_camera = Print().capture()
+    path = Print().path()
+    back = measure(capture, path_of(path.points[::-1], path.arc_length), T_base_camera,
+                   ThicknessConfig(method=method))
+    assert_same(plain, replace(back, status=back.status[::-1], thickness=back.thickness[::-1],
+                               sigma=back.sigma[::-1]))
+    both = np.isfinite(plain.left) & np.isfinite(back.left[::-1])
+    assert np.abs(plain.left - back.right[::-1])[both].max() <= PIXEL
+
+
+def test_a_print_in_the_mirror(method: str, plain: ThicknessProfile) -> None:
+    capture, T_base_camera = Print().capture()
+    path = Print().path()
+    flipped = replace(capture, image=np.ascontiguousarray(capture.image[:, ::-1]))
+    mirrored = measure(flipped, replace(path, points=path.points * (-1, 1, 1)), T_base_camera,
+                       ThicknessConfig(method=method))
+    assert_same(plain, mirrored)
+    both = np.isfinite(plain.left) & np.isfinite(mirrored.left)
+    assert np.abs(plain.left - mirrored.right)[both].max() <= PIXEL
+
+
+@pytest.mark.parametrize('method', METHODS)
+@few
+@given(spacing=st.floats(0.03, 0.4))
+def test_a_path_that_is_sampled_otherwise(method: str, spacing: float) -> None:
+    usual, other = Print().measured(method), Print(spacing=spacing * MM).measured(method)
+    nearest = np.abs(other.arc_length[:, None] - usual.arc_length).argmin(axis=0)
+    # The nearest sample is of another place, where the width is another.
+    there = width(usual.arc_length) / width(other.arc_length[nearest])
+    assert_same(usual, replace(
+        usual, status=other.status[nearest], sigma=other.sigma[nearest],
+        thickness=other.thickness[nearest] * there))
+
+
+@pytest.mark.parametrize('method', METHODS)
+@few
+@given(scale=st.floats(0.5, 2))
+def test_a_print_that_is_scaled(method: str, scale: float) -> None:
+    capture, _ = Print().capture()
+    scaled, T_base_camera = planar_capture(capture.image, scale * PIXEL, STAMP_NS)
+    path = Print().path()
+    assert_same(Print().measured(method),
+                measure(scaled, path_of(scale * path.points, scale * path.arc_length),
+                        T_base_camera, ThicknessConfig(method=method)), scale)
