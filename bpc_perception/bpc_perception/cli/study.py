@@ -39,8 +39,9 @@ def study(
     if plot is not None and not chosen.axes:
         drawn = ', '.join(key for key, other in STUDIES.items() if other.axes)
         raise ValueError(f'--plot: expected a study with a figure ({drawn}), found {name}')
-    with Progress(TextColumn(name), MofNCompleteColumn(), TimeElapsedColumn(),
-                  console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(TextColumn(name), MofNCompleteColumn(), TimeElapsedColumn(), console=console,
+                  transient=True, disable=not console.is_terminal) as progress:
         bar = progress.add_task(name)
         rows = chosen.run(seeds, progress=lambda done, total: progress.update(
             bar, completed=done, total=total))
