@@ -78,8 +78,12 @@ def replay(
 
 def collect(monitor: Monitor, given: inputs.Inputs) -> list[Result]:
     """The live results, each with its recorded capture and the camera's pose then."""
-    offline = measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder)
-    return [Result(result.capture, result.T_base_camera,
-                   monitor.profiles.get(result.capture.stamp_ns),
-                   monitor.advice.get(result.capture.stamp_ns),
-                   result.refusal or 'no profile came') for result in offline]
+    results = []
+    for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
+        profile = monitor.profiles.get(result.capture.stamp_ns)
+        advice = monitor.advice.get(result.capture.stamp_ns)
+        if profile is None or advice is None:  # Ctrl-C may come between the two
+            profile, advice = None, None
+        results.append(Result(result.capture, result.T_base_camera, profile, advice,
+                              result.refusal or 'no profile came'))
+    return results
