@@ -241,3 +241,17 @@ def test_on_base_no_pose_is_needed() -> None:
     made.set_path(path(1.6, finished=True))
     result, = made.results()
     assert result.profile is not None
+
+
+def test_a_defect_in_the_measurement_is_a_refusal_and_logged(
+        monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError('of ours')
+
+    monkeypatch.setattr('bpc_perception.core.session.measure', fail)
+    made = session(1.0)
+    made.set_path(path(1.0))
+    result, = made.results()
+    assert result.profile is None
+    assert 'of ours' in result.refusal
+    assert 'measurement failed' in caplog.text

@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
 from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
@@ -94,7 +95,8 @@ class Monitor:
 @contextmanager
 def monitoring() -> Iterator[Monitor]:
     """A monitor in this process's ROS graph; Ctrl-C ends the block quietly."""
-    rclpy.init()
+    # Ctrl-C is Python's own: rclpy's handler would shut down under a running callback.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)

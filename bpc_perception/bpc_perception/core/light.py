@@ -53,10 +53,11 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
     step = centre - bed.mean(axis=0)
     contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
     laid = np.isfinite(contrast) & (extruding if extruding.any() else True)
-    if not laid.any():
+    strong = laid & (contrast >= (np.median(contrast[laid]) if laid.any() else np.inf))
+    typical = np.median(step[strong], axis=0) if strong.any() else np.zeros(3)
+    if not typical.any():  # nothing is seen there, or all of one colour
         unknown = np.full(len(step), np.inf)
         return Light(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)))
-    typical = np.median(step[laid & (contrast >= np.median(contrast[laid]))], axis=0)
 
     # Fisher's direction, twice: what varies within the ink, its shading, is seen only once it
     # is known where ink is.
@@ -94,8 +95,8 @@ def find_bed(sections: Sections, beside: Array, centre: Array) -> Array:
     size = np.linalg.norm(step, axis=1)
     if np.isfinite(size).any():
         strong = np.median(step[size >= np.nanmedian(size)], axis=0)
-        share = (beside - open_bed) @ strong / (strong @ strong)
-        sure |= share < 0.4
+        if strong.any():
+            sure |= (beside - open_bed) @ strong < 0.4 * (strong @ strong)
     bed = np.stack([sections.steady(np.where(known[:, None], colours, np.nan))
                     for known, colours in zip(sure, beside, strict=True)])
     return np.where(np.isfinite(bed), bed, bed[::-1])

@@ -79,7 +79,7 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     normal = bed.normal
     tangent = smoothed_tangents(points, config.cross_section.tangent_length)
     lateral = _unit(np.cross(normal, tangent))
-    spacing = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    spacing = typical_spacing(points)
     distance = float(np.median(transform(T_camera_base, points)[:, 2]))
     pixel = distance / capture.camera.focal_length
     count = int(np.ceil(config.cross_section.reach / (STEP * pixel)))
@@ -138,7 +138,7 @@ def sample_image(image: NDArray[np.uint8], uv: Array) -> Floats:
 
 def smoothed_tangents(points: Array, length: float) -> Array:
     """Unit tangents (N, 3) over about ``length`` [m] of the path (N, 3) around each point."""
-    spacing = float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    spacing = typical_spacing(points)
     reach = int(np.clip(round(length / 2 / spacing), 1, max((len(points) - 1) // 2, 1)))
     last = len(points) - 1
     index = np.arange(len(points))
@@ -150,7 +150,17 @@ def smoothed_tangents(points: Array, length: float) -> Array:
         step[-1] = 3 * points[-1] - 4 * points[last - reach] + points[max(last - 2 * reach, 0)]
     else:
         step[:] = points[-1] - points[0]
+    # Where the path turns back on itself, or stands, the direction next to that counts.
+    moving = np.flatnonzero(np.linalg.norm(step, axis=1) > 0)
+    if len(moving):
+        after = np.minimum(np.searchsorted(moving, index), len(moving) - 1)
+        step = step[moving[after]]
     return _unit(step)
+
+
+def typical_spacing(points: Array) -> float:
+    """Distance between neighbours of a path (N, 3) [m]; never quite nothing."""
+    return max(float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1))), 1e-6)
 
 
 def masked_median(values: Array, mask: Flags) -> Array:
@@ -241,4 +251,5 @@ def _territory(points: Array, lateral: Array, offset: Array,
 
 
 def _unit(vectors: Array) -> Array:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, np.nan)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+import logging
 
 from bpc_perception.core.advice import advise, RateAdvice
 from bpc_perception.core.capture import Capture
@@ -14,6 +15,8 @@ from bpc_perception.core.measurement import measure, MeasurementError
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.poses import PoseBuffer
 from bpc_perception.core.profile import ThicknessProfile
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -115,4 +118,8 @@ class Session:
             profile = measure(capture, path, T_base_camera, self.config, number)
         except MeasurementError as error:
             return Result(capture, T_base_camera, refusal=str(error))
+        except Exception as error:  # a defect of ours must not end a print's feedback
+            logger.exception('measurement failed')
+            return Result(capture, T_base_camera,
+                          refusal=f'measurement: expected a result, found {error!r}')
         return Result(capture, T_base_camera, profile, advise(profile, self.config.advice))
