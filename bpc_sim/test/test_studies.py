@@ -1,13 +1,18 @@
 """Studies: figures on samples counted by hand, the order of tasks, and other tools on a band."""
 
 from dataclasses import replace
+import json
 import operator
+from pathlib import Path
 
+from bpc_perception.cli.study import study as command
+from bpc_perception.cli.study import without_nan
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.profile import Status
 from bpc_sim.paper_cases import planar_capture
 from bpc_sim.studies import STUDIES
 from bpc_sim.studies.comparison import compare, Comparison, together
+from bpc_sim.studies.figures import figure
 from bpc_sim.studies.peer_methods import (
     canny_cut,
     clean,
@@ -15,11 +20,12 @@ from bpc_sim.studies.peer_methods import (
     from_skeleton,
     grab_cut,
     half_level,
+    optional,
     otsu_cut,
     picture_of,
 )
 from bpc_sim.studies.scenes import statistics
-from bpc_sim.studies.study import Study
+from bpc_sim.studies.study import METHODS, Study
 from bpc_sim.truth import STAMP_NS, StressScene, Truth
 import numpy as np
 import pytest
@@ -155,3 +161,49 @@ def test_a_scene_that_cannot_be_measured_has_no_answers(band):
     refused = compare(replace(band, capture=blind), 'cross_section')
     assert refused.answered == 0
     assert np.isnan(refused.mae)
+
+
+def test_what_peers_need_is_named_when_it_is_missing():
+    with pytest.raises(ValueError, match='expected scikit-image and skan, found no nothing_such'):
+        optional('nothing_such.module')
+
+
+def test_a_figure_has_a_line_for_each_method_in_each_panel():
+    rows = [{'ratio': ratio, 'time_ms': 1.0, 'MAE_percent': 0.5, 'method': method}
+            for ratio in (0.5, 1.0) for method in METHODS]
+    page = figure('Title', rows, ('ratio', 'time_ms', 'MAE_percent'))
+    assert '<html>' in page[:30]
+    assert page.count('"mode":"lines+markers"') == 2 * len(METHODS)
+    assert all(f'"name":"{method}"' in page for method in METHODS)
+
+
+@pytest.mark.parametrize(('arguments', 'message'), [
+    ({'name': 'table9'}, 'study: expected one of table1, .*, found table9'),
+    ({'name': 'resolution', 'plot': 'figure.png'}, 'figure.png: expected .* ends in .html'),
+    ({'name': 'resolution', 'plot': 'nowhere/figure.html'}, 'nowhere/figure.html: expected'),
+    ({'name': 'table1', 'plot': 'figure.html'}, r'study with a figure \(resolution, thickness\)')])
+def test_what_a_study_cannot_do_is_refused(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if 'plot' in arguments:
+        arguments['plot'] = Path(arguments['plot'])
+    with pytest.raises(ValueError, match=message):
+        command(**arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_rows_and_figure_are_written(tmp_path, monkeypatch, capsys):
+    study = replace(STUDIES['resolution'], tasks=lambda _: [],
+                    rows=lambda _: [{'ratio': 1.0, 'time_ms': NAN, 'MAE_percent': 0.1,
+                                     'method': 'paper'}])
+    monkeypatch.setitem(STUDIES, 'resolution', study)
+    command('resolution', tmp_path / 'rows.json', tmp_path / 'figure.html')
+    assert json.loads((tmp_path / 'rows.json').read_text()) == [
+        {'ratio': 1.0, 'time_ms': None, 'MAE_percent': 0.1, 'method': 'paper'}]
+    assert (tmp_path / 'figure.html').stat().st_size > 1000
+    printed = capsys.readouterr().out
+    assert 'MAE_percent' in printed
+    assert 'nan' not in printed
+
+
+def test_json_has_no_nan():
+    assert without_nan({'a': NAN, 'b': 1, 'c': 'x'}) == {'a': None, 'b': 1, 'c': 'x'}
