@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import signal
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -94,9 +95,11 @@ class Monitor:
 
 @contextmanager
 def monitoring() -> Iterator[Monitor]:
-    """A monitor in this process's ROS graph; Ctrl-C ends the block quietly."""
-    # Ctrl-C is Python's own: rclpy's handler would shut down under a running callback.
+    """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly."""
+    # Python's own handlers: rclpy's would shut down under a running callback.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
