@@ -78,6 +78,16 @@ def test_loop_forgets_and_measures_again(short_bag: Path, tmp_path: Path,
         assert other.thickness.tobytes() == one.thickness.tobytes()
 
 
+def test_terminated_replay_ends_its_nodes(short_bag: Path, tmp_path: Path,
+                                          ros_domain: int) -> None:
+    with listening(ros_domain) as listener, running(
+            'replay', short_bag, '--loop', '--out', tmp_path / 'out') as replay:
+        listener.wait(lambda: 'bag_player' in listener.node.get_node_names())
+        replay.terminate()
+        replay.communicate(timeout=PATIENCE)
+        listener.wait(lambda: set(listener.node.get_node_names()) == {'listener'})
+
+
 @pytest.fixture(scope='module')
 def recorded(short_bag: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the replay of the short bag, and what two recorders made of it.
