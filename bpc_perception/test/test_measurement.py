@@ -265,3 +265,33 @@ def test_a_cut_is_at_right_angles_to_a_slanted_strand(measured: Measure) -> None
     profile = measured(capture_of(image, LATER), path)
     assert (profile.status == Status.MEASURED).all()
     np.testing.assert_allclose(profile.thickness, 21 / np.sqrt(2) * PIXEL, atol=1.01 * PIXEL)
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_whatever_comes_is_measured_or_refused(seed: int) -> None:
+    """Images, clouds and paths of all kinds give a profile or the documented error."""
+    rng = np.random.default_rng(seed)
+    for _ in range(40):
+        image = bed()
+        height, width = image.shape[:2]
+        image[height // 3:height // 2] = rng.choice((40, 200, 255))
+        image = np.clip(image + rng.normal(0, rng.choice((0, 5, 60)), image.shape), 0, 255)
+        capture = capture_of(image.astype(np.uint8), START_NS)
+        capture.cloud[rng.random((height, width)) < rng.choice((0, 0.5, 0.99, 1))] = np.nan
+        capture.cloud[rng.integers(height):, :, 2] -= rng.choice((0, 0.001, 0.05))
+        count = int(rng.choice((0, 1, 2, 3, 5, 50)))
+        points = np.zeros((count, 3))
+        points[:, 0] = np.linspace(-1, 1, count) * width * 5e-5 * rng.choice((0, 0.01, 1, 5))
+        points += rng.normal(0, rng.choice((0, 1e-3, 0.1)), points.shape)
+        points[count // 2:] = points[:count - count // 2][::-1]
+        unknown = np.full(count, np.nan)
+        path = DepositionPath('any', 0, 1e3, True, np.arange(count) * 0.1,
+                              np.arange(count) * 1e-4, points, unknown, unknown,
+                              rng.random(count) < 0.5)
+        for method in ('cross_section', 'paper'):
+            try:
+                profile = measure(capture, path, DOWN, ThicknessConfig(method=method))
+            except MeasurementError:
+                continue
+            known = np.isfinite(profile.thickness)
+            assert (known == np.isin(profile.status, (Status.MEASURED, Status.GAP))).all()

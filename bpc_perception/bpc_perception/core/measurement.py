@@ -50,6 +50,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     path = path.where(on_bed(path.points, bed, config.maximum_tip_height))
     if len(path) < 2:
         raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along')
+    if not np.ptp(path.points, axis=0).any():
+        raise MeasurementError('path: expected a way along the bed, found one place')
     if config.method == 'paper':
         sides, status, sigma = measure_as_published(
             capture, path.points, T_base_camera, bed, config)
@@ -73,6 +75,6 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
 
 def on_bed(points: Array, bed: Plane, maximum_height: float) -> NDArray[np.bool_]:
     """Which path points (N, 3) the nozzle passed low and along the bed, not lifted or lifting."""
-    rising = np.abs(tangents(points) @ bed.normal)
-    kept: NDArray[np.bool_] = (bed.height(points) <= maximum_height) & (rising < 0.5)
+    rising = np.abs(tangents(points) @ bed.normal)  # NaN where the path turns back on itself
+    kept: NDArray[np.bool_] = (bed.height(points) <= maximum_height) & ~(rising >= 0.5)
     return kept
