@@ -127,7 +127,9 @@ def test_recorded_replay_gives_the_same_profile(recorded: Path, short_bag: Path)
         counts = {each.topic: each.msgcount for each in reader.connections}
     with Reader(short_bag) as reader:
         played = {each.topic: each.msgcount for each in reader.connections}
-    assert {topic: counts[topic] for topic in played} == played
+    assert all(counts[f'/{name}'] == CAPTURES for name in topics.CAMERA)
+    # Of what waits for nobody, a recorder may miss the beginning, before the print.
+    assert all(0.85 * count < counts[topic] <= count for topic, count in played.items())
     assert counts[f'/{topics.PROFILE}'] == counts[f'/{topics.ADVICE}'] == CAPTURES
     assert counts[f'/{topics.PATH}'] > 5
     assert counts['/diagnostics'] > 5
