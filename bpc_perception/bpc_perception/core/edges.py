@@ -136,7 +136,8 @@ def refine(share: Array, first: Index, noise: Array) -> tuple[Array, Array]:
 
     start = first[:, None]
     for _ in range(PASSES):
-        inside = read(np.maximum(start - 1 - steps, 0))
+        # What glare hides of the ink is taken for ink.
+        inside = np.nan_to_num(read(np.maximum(start - 1 - steps, 0)), nan=1.0)
         # A reflection near the edge takes away from the ink: then what it leaves counts.
         fullest = np.percentile(inside, 90, axis=1) - np.maximum(0.1, 2 * noise)
         inner = np.maximum(np.median(inside, axis=1), fullest)
@@ -160,4 +161,4 @@ def refine(share: Array, first: Index, noise: Array) -> tuple[Array, Array]:
     values = (values - outer[:, None]) / step[:, None] - 0.5
     surplus = trapezoid(values, reach, axis=1)
     shift = surplus / np.maximum(values[:, 0] - values[:, -1], 0.5)
-    return crossing + np.clip(shift, -1.0, 1.0), slope * step
+    return crossing + np.clip(np.nan_to_num(shift), -1.0, 1.0), slope * step
