@@ -9,7 +9,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -39,15 +39,22 @@ class Monitor:
         self.profiles: dict[int, ThicknessProfile] = {}
         self.advice: dict[int, RateAdvice] = {}
         self.warnings: list[str] = []
+        self._interrupted = False
         node.create_subscription(
             ThicknessProfileMsg, topics.PROFILE, self._on_profile, topics.RESULT_QOS)
         node.create_subscription(RateAdviceMsg, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
+    def interrupt(self, *_: object) -> None:
+        """End spinning with KeyboardInterrupt, now or when it begins."""
+        self._interrupted = True
+
     def spin_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """Handle messages until ``done`` or the timeout [s]; whether it was done."""
         end = None if timeout is None else time.monotonic() + timeout
         while not done():
+            if self._interrupted:
+                raise KeyboardInterrupt
             if end is not None and time.monotonic() > end:
                 return False
             self._executor.spin_once(timeout_sec=0.05)
@@ -96,17 +103,21 @@ class Monitor:
 @contextmanager
 def monitoring() -> Iterator[Monitor]:
     """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly."""
-    # Python's own handlers: rclpy's would shut down under a running callback.
+    # Handlers that only take note: rclpy's shut down under a running callback, and Python's
+    # raise in the middle of a message, which comes out of rclpy as any other error.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    monitor = Monitor(node, executor)
+    before = {number: signal.signal(number, monitor.interrupt)
+              for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield Monitor(node, executor)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        yield monitor
+    except KeyboardInterrupt:
         pass
     finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
         node.destroy_node()
         rclpy.try_shutdown()
