@@ -65,7 +65,7 @@ def test_loop_forgets_and_measures_again(short_bag: Path, tmp_path: Path,
         replay.send_signal(signal.SIGINT)
         printed, complaints = replay.communicate(timeout=PATIENCE)
     assert time.monotonic() - interrupted < 10  # with all its nodes, on a busy machine
-    assert (replay.returncode, complaints) == (0, '')
+    assert (replay.returncode, complaints) == (0, ''), complaints
     assert {file.name for file in out.iterdir()} == OUTPUTS
     assert str(out / 'report.html') in printed
 
