@@ -23,9 +23,9 @@ RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: Thickn
 
 # Reliable as the vendor's camera node publishes; shallow, since a message may be 37 MB.
 CAMERA_QOS = QoSProfile(depth=2, reliability=ReliabilityPolicy.RELIABLE)
-# Sensor data, but deep enough for what a 1000 Hz robot sends while a callback runs.
-POSE_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)
-EXTRUSION_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
+# Sensor data, but deep enough for what a 1000 Hz robot sends while a busy machine has no time.
+POSE_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.BEST_EFFORT)
+EXTRUSION_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 # The whole path is in each message, so a late subscriber needs the last one only.
 PATH_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -17,7 +17,7 @@ from .ros_graph import listening, own_domain, PATIENCE
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 
-RATE = 5  # of real time: 500 poses a second
+RATE = 3  # of real time: 300 poses a second
 CAPTURES = 3  # in the short bag
 
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from bpc_perception import topics
 from bpc_perception.cli import inputs
 from bpc_perception.cli.monitor import Monitor, monitoring
 from bpc_perception.cli.options import BagArgument, HandEyeOption, OutOption, ParametersOption
@@ -18,6 +19,9 @@ from bpc_perception.offline import measure_bag
 from bpc_perception.outputs import write_outputs
 from bpc_perception.recording import captures
 
+# A recording can wait for a busy machine; a robot's poses, best effort, cannot.
+LOSSLESS = {f'qos_overrides./{topics.POSE}.subscription.reliability': 'reliable'}
+PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]
 AFTERMATH = 10.0  # for the last results after the recording's end [s]
 
 
@@ -49,8 +53,9 @@ def replay(
     stamps = [capture.stamp_ns for capture in recorded]
     with monitoring() as monitor, Nodes(given.parameter_file, {'use_sim_time': True}) as nodes:
         monitor.expect_no_other_printer()
-        nodes.start('bpc_perception.nodes.path_recorder')
-        nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(given.hand_eye_file))
+        nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
+        nodes.start('bpc_perception.nodes.thickness', patience=PATIENCE, **LOSSLESS,
+                    hand_eye_file=str(given.hand_eye_file))
         nodes.start('bpc_perception.nodes.camera_driver', back_end='bag', bag=str(bag))
 
         def there() -> bool:

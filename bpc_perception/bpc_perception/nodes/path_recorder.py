@@ -9,6 +9,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
 from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import Trigger
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState
@@ -45,7 +46,9 @@ class PathRecorderNode(Node):
         self._published: tuple[str, float, bool] | None = None
         self._paths = self.create_publisher(DepositionPath, topics.PATH, topics.PATH_QOS)
         self._nav_paths = self.create_publisher(Path, topics.NAV_PATH, topics.PATH_QOS)
-        self.create_subscription(PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS)
+        self.create_subscription(
+            PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies())
         self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
                                  topics.EXTRUSION_QOS)
         for name, answer in (('start', self._start), ('stop', self._stop),

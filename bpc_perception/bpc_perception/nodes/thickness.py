@@ -8,6 +8,7 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
 from bpc_perception import topics
@@ -45,7 +46,9 @@ class ThicknessNode(Node):
         self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
         for name, kind in topics.CAMERA.items():
             self.create_subscription(kind, name, partial(self._on_camera, name), topics.CAMERA_QOS)
-        self.create_subscription(PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS)
+        self.create_subscription(
+            PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies())
         self.create_subscription(DepositionPath, topics.PATH, self._on_path, topics.PATH_QOS)
         self.create_timer(0.1, self._check_waiting, clock=steady_clock())
         self._jump = on_jump_back(self, self._clear)
