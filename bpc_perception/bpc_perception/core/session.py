@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 import logging
 
-from bpc_perception.core.advice import advise, RateAdvice
+from bpc_perception.core.advice import RateAdvice
+from bpc_perception.core.advisor import Advisor
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Array
@@ -15,6 +16,7 @@ from bpc_perception.core.measurement import measure, MeasurementError
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.poses import PoseBuffer
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 logger = logging.getLogger(__name__)
 
@@ -56,6 +58,9 @@ class Session:
         self._path: DepositionPath | None = None
         self._waiting: deque[tuple[Capture, int]] = deque()
         self._numbers: Counter[str] = Counter()
+        targets = config.advice.target_file
+        self._targets = WidthTargets.read(targets) if targets else None
+        self._advisor = Advisor(self._targets)
 
     def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
         """Queue a capture, received at this time of the caller's clock."""
@@ -80,6 +85,7 @@ class Session:
         self._path = None
         self._waiting.clear()
         self._numbers.clear()
+        self._advisor = Advisor(self._targets)
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
         """Measure every capture that is ready, or has waited for longer than ``patience``.
@@ -116,10 +122,11 @@ class Session:
         self._numbers[path.print_id] += 1
         try:
             profile = measure(capture, path, T_base_camera, self.config, number)
+            advice = self._advisor.advise(profile, path, self.config.advice)
         except MeasurementError as error:
             return Result(capture, T_base_camera, refusal=str(error))
         except Exception as error:  # a defect of ours must not end a print's feedback
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
-        return Result(capture, T_base_camera, profile, advise(profile, self.config.advice))
+        return Result(capture, T_base_camera, profile, advice)
