@@ -6,6 +6,7 @@ from bpc_perception.core.capture import Capture
 from bpc_perception.nodes.parameters import NodeConfig
 from rclpy.node import Node
 
+from bpc_sim.closed_loop_camera import ClosedLoopCamera
 from bpc_sim.config import SimConfig
 from bpc_sim.print_job import PrintJob
 
@@ -34,7 +35,9 @@ class SyntheticCamera:
         """Nothing is held."""
 
 
-def open_camera(node: Node) -> SyntheticCamera:
+def open_camera(node: Node) -> SyntheticCamera | ClosedLoopCamera:
     """The camera for the print that the node's parameters name."""
     config = NodeConfig(node, SimConfig()).value
+    if config.situation:
+        return ClosedLoopCamera(node, config.closed_loop_job())
     return SyntheticCamera(config.job(), config.start_time_ns)
