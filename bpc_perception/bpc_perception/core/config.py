@@ -147,9 +147,9 @@ class CrossSectionConfig(Config):
     noise_gain: Annotated[float, Parameter(
         'Uncertainty of a width per that from noise alone', '', 0.1, 10)] = 1.25
     edge_sigma: Annotated[float, Parameter(
-        'Uncertainty of a width from sampling', 'pixels', 0, 2)] = 0.05
+        'Uncertainty of a width from sampling', 'pixels', 0, 2)] = 0.06
     light_sigma: Annotated[float, Parameter(
-        'Uncertainty of a width from the light on a bead 10 pixels wide', 'pixels', 0, 2)] = 0.1
+        'Uncertainty of a width from the light on a bead 10 pixels wide', 'pixels', 0, 2)] = 0.035
     maximum_noise: Annotated[float, Parameter(
         'Noise, as a share of the contrast of ink and bed, above which nothing is known',
         '', 0.01, 1)] = 0.25

@@ -14,19 +14,21 @@ from scipy.spatial import cKDTree
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CrossSectionConfig, ThicknessConfig
 from bpc_perception.core.edges import Edges, find_edges
-from bpc_perception.core.geometry import Array, Plane
-from bpc_perception.core.light import find_light, ink_share
+from bpc_perception.core.geometry import Array, invert, Plane, transform
+from bpc_perception.core.light import find_light, ink_share, Light
 from bpc_perception.core.profile import Status, StatusArray
 from bpc_perception.core.sections import (
     Flags,
     lay_sections,
     masked_median,
     running_median,
+    sample_image,
     Sections,
     STEP,
 )
 from bpc_perception.core.thickness import SidePoints
 
+ACROSS = np.arange(-2, 3)  # where ink is looked for beside the path [pixels]
 RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
 
 
@@ -40,6 +42,8 @@ def measure_cross_sections(
     ink = ink_share(sections, light)
     right, left = (find_edges(sections, light.noise, ink, side) for side in (0, 1))
     status = judge(sections, ink, left, right, light.noise > config.cross_section.maximum_noise)
+    status[ends_within_pixel(capture, sections, light, T_base_camera, bed.normal)
+           & ((status == Status.MEASURED) | (status == Status.GAP))] = Status.LOW_CONFIDENCE
     sigma = width_sigma(left, right, sections.pixel, config.cross_section)
     sides = SidePoints(sections.foot + left.distance[:, None] * sections.lateral,
                        sections.foot - right.distance[:, None] * sections.lateral,
@@ -71,6 +75,23 @@ def judge(sections: Sections, ink: Array, left: Edges, right: Edges,
     status[~sections.inside[:, middle] | ~sections.depth] = Status.NO_DATA
     status[sections.hidden[:, middle]] = Status.OCCLUDED
     return status
+
+
+def ends_within_pixel(capture: Capture, sections: Sections, light: Light, T_base_camera: Array,
+                      normal: Array) -> Flags:
+    """Where (N,) ink begins or ends within half a pixel along the path, before or behind.
+
+    Whether there is ink at such a sample itself, no image can tell.
+    """
+    tangent = np.cross(sections.lateral, normal)
+    shares = []
+    for step in (-0.5, 0.5):
+        places = sections.foot[:, None] + sections.pixel * (
+            step * tangent[:, None] + ACROSS[:, None] * sections.lateral[:, None])
+        uv = capture.camera.pixels(transform(invert(T_base_camera), places))
+        colour = sample_image(capture.image, uv) - light.bed.mean(axis=0)[:, None]
+        shares.append(np.median(np.einsum('nmk,nk->nm', colour, light.weight), axis=1))
+    return np.asarray((shares[0] > 0.5) != (shares[1] > 0.5))
 
 
 def width_sigma(left: Edges, right: Edges, pixel: float, config: CrossSectionConfig) -> Array:
