@@ -20,9 +20,9 @@ INWARD = 4.0  # from the edge to where it is seen how the ink's level changes [s
 LEAST = 0.02  # of the greatest slope; less is noise
 BLUR = (0.5, 30.0)  # its variance, from pixels alone to a lens out of focus [samples^2]
 OBLIQUE = 1.25  # it differs by so much along a path seen from aside
-TWO_EDGES = 4.0  # and by so much where a reflection touches the edge
 BEND = 0.3  # the most that a change of the ink's level accounts for [samples]
-UNEVEN = 1.2  # if it is steepest so far from its half level, it is no plain edge [samples]
+REFLECTED = -1.2  # steepest so far inward, the rim itself shines and is not seen [samples]
+FARTHEST = 2.0  # outward [samples]
 USUAL = 0.2  # shifts to be expected; larger ones have to be better founded [samples]
 
 
@@ -39,7 +39,7 @@ def steepest(share: Array, edge: Array, noise: Array, rows: int, spacing: float)
         spacing: of path points [pixels].
 
     Returns:
-        NaN where there is no edge, or none that is plain: a reflection runs along it.
+        NaN where there is no edge, or a reflection runs along it.
     """
     pooled = _pooled(share, edge, rows)
     fall = (pooled[:, :-2] - pooled[:, 2:]) / 2
@@ -52,7 +52,7 @@ def steepest(share: Array, edge: Array, noise: Array, rows: int, spacing: float)
         return np.full(len(edge), np.nan)
     pooled, greatest, peak = pooled[known], greatest[known], peak[known]
     flank = fall[known][np.arange(len(peak))[:, None], peak[:, None] + FLANK] / greatest[:, None]
-    top, variance, free = _gaussian(np.maximum(flank, LEAST))
+    top, variance = _gaussian(np.maximum(flank, LEAST))
     place = peak + 1 + top
 
     # Ink whose level gains c a sample up to H at the rim: the blurred edge falls by H g - c G,
@@ -65,7 +65,7 @@ def steepest(share: Array, edge: Array, noise: Array, rows: int, spacing: float)
     # By so much noise moves the top of a parabola through neighbouring slopes.
     pixels = max(rows * spacing, 1.0)
     error = 0.4 * np.median(noise) / np.sqrt(pixels) * variance / greatest
-    plain = (np.abs(shift) <= UNEVEN) & ((free <= TWO_EDGES * np.median(free)) | (error > USUAL))
+    plain = (shift >= REFLECTED) & (shift <= FARTHEST)
     result = np.full(len(edge), np.nan)
     result[known] = np.where(plain, shift * USUAL**2 / (USUAL**2 + error**2), np.nan)
     return result
@@ -82,14 +82,11 @@ def _pooled(share: Array, edge: Array, rows: int) -> Array:
     return np.where(count > 0.5 / size, total / np.maximum(count, 0.5 / size), np.nan)
 
 
-def _gaussian(values: Array) -> tuple[Array, Array, Array]:
-    """Gaussians of about one width through values (N, len(FLANK)) > 0 at ``FLANK``.
+def _gaussian(values: Array) -> tuple[Array, Array]:
+    """Places and variances (N,) of Gaussians through values (N, len(FLANK)) > 0 at ``FLANK``.
 
     Parabolas through their logarithms, weighted by the squares of the values (Guo, IEEE Signal
     Processing Magazine 28(5), 2011). One lens makes all edges about equally wide.
-
-    Returns:
-        Their places and variances (N,), and the variances that they would have each alone.
     """
     powers = FLANK[:, None].astype(float) ** np.arange(3)
     weight, level = values**2, np.log(values)
@@ -103,7 +100,7 @@ def _gaussian(values: Array) -> tuple[Array, Array, Array]:
     right = np.einsum('nk,ki->ni', weight * (level + FLANK**2 / (2 * variance[:, None])),
                       powers[:, :2])
     slope = np.linalg.solve(moments[:, :2, :2], right[..., None])[:, 1, 0]
-    return np.clip(slope * variance, FLANK[0], -FLANK[0]), variance, free
+    return np.clip(slope * variance, FLANK[0], -FLANK[0]), variance
 
 
 def _read(values: Array, place: Array) -> Array:
