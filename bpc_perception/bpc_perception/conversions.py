@@ -250,6 +250,7 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
         thickness_q1=summary.thickness_q1, thickness_median=summary.thickness_median,
         thickness_q3=summary.thickness_q3, coverage=summary.coverage,
         gap_count=summary.gap_count, gap_length=summary.gap_length,
+        offset_mean=summary.offset_mean, offset_rms=summary.offset_rms,
         processing_time=profile.processing_time)
 
 

@@ -319,6 +319,17 @@ def test_a_capture_waits_for_the_path(graph: Any, tmp_path: Path) -> None:
     assert_profile_comes(bench, STAMP)
 
 
+def test_a_deposit_beside_its_path_is_warned_of(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, path_to_message(pixel_path((40, 59), (120, 59), 81), BASE))
+    bench.send_capture(STAMP)
+    bench.until(lambda: any('offset: ' in status.message for status in bench.statuses))
+    profile, = bench.received[topics.PROFILE]
+    # The band's middle is at v = 55, and smaller v is to the left of travel along u.
+    assert profile.offset_mean == pytest.approx(4 * PIXEL, abs=PIXEL / 2)
+    assert profile.offset_rms == pytest.approx(4 * PIXEL, abs=PIXEL / 2)
+
+
 def test_in_hand_poses_place_the_camera(graph: Any, tmp_path: Path) -> None:
     bench = thickness(graph, tmp_path, mount='eye_in_hand')
     bench.send(topics.PATH, PATH)

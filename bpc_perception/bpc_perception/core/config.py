@@ -239,6 +239,9 @@ class ThicknessConfig(Config):
         0.0005, 1)] = 0.0025
     obstacle_margin: Annotated[float, Parameter(
         'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 2.0
+    maximum_offset: Annotated[float, Parameter(
+        'How far off the path the deposit may lie, per its width, before it is warned of', '',
+        0.01, 10)] = 0.25
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)

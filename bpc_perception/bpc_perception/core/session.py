@@ -34,13 +34,17 @@ class HandEye:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a capture: profile and advice, or the reason why there is none."""
+    """What came of a capture: profile and advice, or the reason why there is none.
+
+    ``warning`` is about a result that is right as it is, but may not be what was meant.
+    """
 
     capture: Capture
     T_base_camera: Array | None = None
     profile: ThicknessProfile | None = None
     advice: RateAdvice | None = None
     refusal: str = ''
+    warning: str = ''
 
 
 class Session:
@@ -122,4 +126,5 @@ class Session:
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
-        return Result(capture, T_base_camera, profile, advise(profile, self.config.advice))
+        return Result(capture, T_base_camera, profile, advise(profile, self.config.advice),
+                      warning=profile.off_path(self.config.maximum_offset))

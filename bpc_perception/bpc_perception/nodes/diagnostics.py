@@ -12,7 +12,7 @@ from rclpy.node import Node
 class Diagnostics:
     """Counts events and refusals of a node and publishes them once a second.
 
-    The level is WARN in a second in which something was refused, otherwise OK.
+    The level is WARN in a second in which something was refused or warned of, otherwise OK.
     """
 
     def __init__(self, node: Node, hardware_id: str = 'none') -> None:
@@ -39,6 +39,11 @@ class Diagnostics:
         self._news.append(text)
         self._last_refusal = text
         self._node.get_logger().warning(text, throttle_duration_sec=1.0)
+
+    def warn(self, text: str) -> None:
+        """Say what is not as it should be, though nothing had to be refused."""
+        self._news.append(text)
+        self._node.get_logger().warning(text, throttle_duration_sec=10.0)
 
     def publish(self) -> None:
         """Publish the state now."""

@@ -90,6 +90,8 @@ class ThicknessNode(Node):
             self._profiles.publish(profile_to_message(result.profile, self._frame))
             self._advice.publish(advice_to_message(result.advice))
             self._diagnostics.count('profiles')
+            if result.warning:
+                self._diagnostics.warn(result.warning)
 
     def _check_waiting(self) -> None:
         self._publish_results()
