@@ -69,7 +69,7 @@ class Standpoint:
 
 
 def _straight_down(eye: Array, size: tuple[int, int]) -> View:
-    """A view along the bed's normal from ``eye`` (3,), of that part in which the bed's middle is."""
+    """A view along the bed's normal from ``eye`` (3,), cut out around the bed's middle."""
     T_base_surface = bed_pose()
     below = eye * (1, 1, 0)
     T_base_camera = look_at(transform(T_base_surface, eye), transform(T_base_surface, below),
