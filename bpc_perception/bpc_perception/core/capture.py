@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class PinholeCamera:
         return (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
                 y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y)
 
-    def contains(self, uv: Array) -> NDArray[np.bool_]:
+    def contains(self, uv: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
         """Whether pixels (..., 2) lie between the outermost pixel centres of the image."""
         u, v = uv[..., 0], uv[..., 1]
         inside: NDArray[np.bool_] = (
