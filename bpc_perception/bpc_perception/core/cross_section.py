@@ -19,6 +19,7 @@ from bpc_perception.core.light import find_light, ink_share, Light
 from bpc_perception.core.profile import Status, StatusArray
 from bpc_perception.core.sections import (
     Flags,
+    Floats,
     lay_sections,
     masked_median,
     running_median,
@@ -51,7 +52,7 @@ def measure_cross_sections(
     return sides, status, sigma
 
 
-def judge(sections: Sections, ink: Array, left: Edges, right: Edges,
+def judge(sections: Sections, ink: Floats, left: Edges, right: Edges,
           noisy: Flags) -> StatusArray:
     """What is known of each sample (N,), from its share of ink (N, M) and its edges."""
     width = left.distance + right.distance

@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from bpc_perception.core.geometry import Array
-from bpc_perception.core.sections import Flags, running_median, Sections, STEP, WINDOW
+from bpc_perception.core.sections import (
+    Flags,
+    Floats,
+    running_median,
+    Sections,
+    STEP,
+    WINDOW,
+)
 from bpc_perception.core.steepness import steepest
 
 Index = NDArray[np.intp]
@@ -44,7 +51,7 @@ class Edges:
     joined: Flags
 
 
-def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges:
+def find_edges(sections: Sections, noise: Array, ink: Floats, side: int) -> Edges:
     """The first edges outward on the right (0) or left (1) side.
 
     Behind an edge the bed has to be seen for a while. A stretch too short for that, with ink
@@ -68,13 +75,18 @@ def find_edges(sections: Sections, noise: Array, ink: Array, side: int) -> Edges
 
     step = STEP * sections.pixel
     known = ~(hidden | missing | joined)
-    candidates = []
-    for first in (nearer, farther):
-        found = known & (first > 0) & (first < np.minimum(border, count))
-        position, slope = refine(share, np.clip(first, 1, count - 1), noise)
-        candidates.append(np.where(found, (position * step, noise * step / slope), np.nan))
-    near, far = candidates
     sure = nearer == farther
+
+    def locate(first: Index, asked: Flags) -> Array:
+        """Distance and sigma (2, N) of the edges at ``first`` (N,); NaN where not asked."""
+        row = np.flatnonzero(asked & known & (first > 0) & (first < np.minimum(border, count)))
+        found = np.full((2, len(share)), np.nan)
+        position, slope = refine(share[row], first[row], noise[row])
+        found[:, row] = position * step, noise[row] * step / slope
+        return found
+
+    near = locate(nearer, np.ones(len(share), bool))
+    far = np.where(sure, near, locate(farther, ~sure))
     expected = sections.steady(np.where(sure, near[0], np.nan))
     share_sure = sections.steady(sure.astype(float))
     expected = np.where(share_sure > 0.5, expected, sections.steady(far[0]))
@@ -145,7 +157,16 @@ def smoothing_passes(distance: Array, spacing: float) -> int:
     return min(round(2 * sigma**2), MAXIMUM_PASSES)
 
 
-def refine(share: Array, first: Index, noise: Array) -> tuple[Array, Array]:
+def sorted_quantile(ordered: Floats, part: float) -> Array:
+    """Quantile (N,) of sorted rows (N, K), linear between neighbours, as np.quantile gives it."""
+    place = part * (ordered.shape[1] - 1)
+    low = int(place)
+    high = min(low + 1, ordered.shape[1] - 1)
+    return np.asarray((1 - place + low) * ordered[:, low] + (place - low) * ordered[:, high],
+                      np.float64)
+
+
+def refine(share: Floats, first: Index, noise: Array) -> tuple[Array, Array]:
     """Where (N,) shares (N, K) pass half-way between the levels on either side, and how steeply.
 
     Levels are read beside the edge itself, since light, shade and a camera's blur near the
@@ -157,17 +178,18 @@ def refine(share: Array, first: Index, noise: Array) -> tuple[Array, Array]:
     row = np.arange(len(share))[:, None]
     steps = np.arange(near, far + 1)
 
-    def read(index: Index) -> Array:
+    def read(index: Index) -> Floats:
         return share[row, np.clip(index, 0, share.shape[1] - 1)]
 
     start = first[:, None]
     for _ in range(PASSES):
         # What glare hides of the ink is taken for ink.
-        inside = np.nan_to_num(read(np.maximum(start - 1 - steps, 0)), nan=1.0)
+        inside = np.sort(np.nan_to_num(read(np.maximum(start - 1 - steps, 0)), nan=1.0), axis=1)
         # A reflection near the edge takes away from the ink: then what it leaves counts.
-        fullest = np.percentile(inside, 90, axis=1) - np.maximum(0.1, 2 * noise)
-        inner = np.maximum(np.median(inside, axis=1), fullest)
-        outer = np.median(read(start + steps), axis=1)
+        fullest = sorted_quantile(inside, 0.9) - np.maximum(0.1, 2 * noise)
+        inner = np.maximum(sorted_quantile(inside, 0.5), fullest)
+        outside = np.sort(read(start + steps), axis=1)  # with NaN last
+        outer = np.where(np.isnan(outside[:, -1]), np.nan, sorted_quantile(outside, 0.5))
         step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer,
                         np.nan)
         index = start + np.arange(-near - 1, near + 1)

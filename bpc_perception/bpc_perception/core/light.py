@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from bpc_perception.core.geometry import Array
-from bpc_perception.core.sections import Flags, masked_median, Sections, STEP
+from bpc_perception.core.sections import Flags, Floats, masked_median, Sections, STEP
 
+ASKED = 250  # about so many sections tell how much colours vary
 BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
 HALO = 2.5  # around glare the lens spreads its light so far [pixels]
 BED_CORE = 0.5  # beside the path some of what lies there may be other ink
@@ -37,18 +40,21 @@ class Light:
 
 def find_light(sections: Sections, extruding: Flags) -> Light:
     """What ink and bed look like along the path."""
-    middle = np.abs(sections.offset) <= sections.pixel
-    centre = sections.colour[:, middle].mean(axis=1).astype(np.float64)
-    centre[~sections.visible[:, middle].all(axis=1)] = np.nan
+    on_path = np.abs(sections.offset) <= sections.pixel
+    centre = sections.colour[:, on_path].mean(axis=1).astype(np.float64)
+    centre[~sections.visible[:, on_path].all(axis=1)] = np.nan
     coarse = slice(None, None, round(1 / STEP))  # a sample a pixel
-    colour = sections.colour[:, coarse].astype(np.float64)
+    colour = np.ascontiguousarray(sections.colour[:, coarse])
     visible = sections.visible[:, coarse]
     beside = sections.beside[:, coarse] & visible
-    is_left = sections.offset[coarse] > 0
-    bed = find_bed(sections, np.stack((masked_median(colour, beside & ~is_left),
-                                       masked_median(colour, beside & is_left))), centre)
-    around_bed = colour - np.where(is_left[:, None], bed[1][:, None], bed[0][:, None])
-    bed_spread = _covariance(around_bed[beside], BED_CORE)
+    middle = np.searchsorted(sections.offset[coarse], 0.0, side='right')
+    sides = slice(None, middle), slice(middle, None)
+    some = slice(None, None, max(1, len(colour) // ASKED))
+    bed = find_bed(sections, np.stack([masked_median(colour[:, side], beside[:, side])
+                                       for side in sides]), centre)
+    around_bed = np.concatenate([colour[:, side] - colours[:, None].astype(np.float32)
+                                 for side, colours in zip(sides, bed, strict=True)], axis=1)
+    bed_spread = _covariance(around_bed[some][beside[some]], BED_CORE)
 
     step = centre - bed.mean(axis=0)
     contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
@@ -68,13 +74,14 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
         local = sections.steady(np.where((share > 0.5)[:, None], step, np.nan))
         weight = np.linalg.solve(spread, local.T).T
         weight /= np.einsum('ni,ni->n', local, weight)[:, None]
-        inked = np.einsum('nmk,nk->nm', around_bed, weight) > 0.6
-        inner = inked & np.roll(inked, 1, axis=1) & np.roll(inked, -1, axis=1) & visible
-        inner &= (share > 0.5)[:, None]
+        inked: Flags = _weighed(around_bed, weight) > 0.6
+        inner: Flags = (inked & np.roll(inked, 1, axis=1) & np.roll(inked, -1, axis=1) & visible
+                        & (share > 0.5)[:, None])
         # All of the ink, not its middle alone, where light from above is reflected.
         ink = masked_median(colour, inner)
-        step = np.where(inner.any(axis=1)[:, None], ink - bed.mean(axis=0), step)
-        spread = bed_spread + _covariance((colour - ink[:, None])[inner], INK_CORE)
+        step = np.where(np.isfinite(ink), ink - bed.mean(axis=0), step)
+        around_ink = (colour[some] - ink[some, None])[inner[some]]
+        spread = bed_spread + _covariance(around_ink, INK_CORE)
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
     # On ink brighter than its bed, what is brighter still is no less ink.
     brightness = np.where(local.mean(axis=1) < 0, bed.mean(axis=2), np.inf)
@@ -102,18 +109,18 @@ def find_bed(sections: Sections, beside: Array, centre: Array) -> Array:
     return np.where(np.isfinite(bed), bed, bed[::-1])
 
 
-def ink_share(sections: Sections, light: Light) -> Array:
+def ink_share(sections: Sections, light: Light) -> Floats:
     """How much of each sample (N, M) is ink: 0 = bed, 1 = ink; NaN where it is not seen.
 
     In and around glare the colour of what shines is not seen either.
     """
     middle = len(sections.offset) // 2
-    share = np.empty(sections.colour.shape[:2])
+    share = _weighed(sections.colour, light.weight)
     glare = np.zeros(share.shape, np.uint8)
-    brightness = sections.colour.mean(axis=2)
+    brightness = np.asarray(cv2.transform(sections.colour, np.full((1, 3), 1 / 3)))
     for side, part in ((0, slice(None, middle)), (1, slice(middle, None))):
-        share[:, part] = np.einsum(
-            'nmk,nk->nm', sections.colour[:, part] - light.bed[side][:, None], light.weight)
+        bed = (light.bed[side] * light.weight).sum(axis=1).astype(np.float32)
+        share[:, part] -= bed[:, None]
         glare[:, part] = brightness[:, part] > light.glare_from[side][:, None]
     across = 2 * round(HALO / STEP) + 1
     along = 2 * round(HALO * sections.pixel / sections.spacing) + 1
@@ -122,7 +129,12 @@ def ink_share(sections: Sections, light: Light) -> Array:
     return share
 
 
-def _covariance(residual: Array, core: float) -> Array:
+def _weighed(colour: Floats, weight: Array) -> Floats:
+    """Colours (N, M, 3) weighed by (N, 3), as (N, M)."""
+    return np.asarray(np.matmul(colour, weight[:, :, None].astype(np.float32))[..., 0])
+
+
+def _covariance(residual: NDArray[np.floating[Any]], core: float) -> Array:
     """Covariance (3, 3) of the inner share ``core`` of residuals (K, 3), and never quite nothing.
 
     As if they were normally distributed, in which case a core has less of it.

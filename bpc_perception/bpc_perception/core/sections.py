@@ -115,12 +115,11 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
 
 def sample_image(image: NDArray[np.uint8], uv: Floats) -> Floats:
     """RGB (N, M, 3) between the pixels of an image (H, W, 3), bilinear at uv (2, N, M)."""
-    height, width = image.shape[:2]
-    # What lies outside shows the image's border, so that is the least to be cut out.
-    seen = np.clip(np.nan_to_num(uv).reshape(2, -1), 0, [[width - 1], [height - 1]])
-    u0, v0 = seen.min(axis=1).astype(int)
-    u1, v1 = seen.max(axis=1).astype(int) + 2
-    region = image[v0:v1, u0:u1].astype(np.float32)
+    # What lies outside shows the image's border, so that has to be cut out with the rest.
+    last = np.array(image.shape[1::-1]) - 1
+    u0, v0 = np.clip(np.nan_to_num(np.fmin.reduce(uv, axis=(1, 2))), 0, last).astype(int)
+    u1, v1 = np.clip(np.nan_to_num(np.fmax.reduce(uv, axis=(1, 2))), 0, last).astype(int)
+    region = image[v0:v1 + 2, u0:u1 + 2].astype(np.float32)
     return _remap(region, uv - np.array((u0, v0), np.float32)[:, None, None], cv2.INTER_LINEAR,
                   cv2.BORDER_REPLICATE)
 
@@ -154,12 +153,14 @@ def typical_spacing(points: Array) -> float:
 
 def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
     """Median (N, ...) over the second axis of values (N, M, ...) where mask (N, M); NaN = none."""
-    shown = mask.reshape(*mask.shape, *(1,) * (values.ndim - 2))
-    ordered = np.sort(np.where(shown, values, np.inf), axis=1)
-    count = mask.sum(axis=1)
-    low, high = np.maximum(count - 1, 0) // 2, count // 2
+    # Rows of what is compared lie together in memory, which sorting needs to be fast.
+    shown = mask.reshape(len(mask), *(1,) * (values.ndim - 2), -1)
+    ordered = np.where(shown, np.moveaxis(values, 1, -1), np.inf)
+    ordered.sort(axis=-1)
+    count = np.count_nonzero(mask, axis=1)
+    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, values.shape[1] - 1)
     row = np.arange(len(values))
-    middle = (ordered[row, low] + ordered[row, np.minimum(high, values.shape[1] - 1)]) / 2
+    middle = (ordered[row, ..., low] + ordered[row, ..., high]) / 2
     middle[count == 0] = np.nan
     return np.asarray(middle, np.float64)
 

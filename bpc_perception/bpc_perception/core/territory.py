@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from bpc_perception.core.geometry import Array
 
 Flags = NDArray[np.bool_]
+Floats = NDArray[np.float32]
+Index = NDArray[np.intp]
 
-MAP_SIZE = 1000  # of a map of the path [cells]
+CELLS = 1.5  # of a map of the path, from one sample to the next
+MAP_SIZE = 1000  # of the map, at most [cells]
 
 
 @dataclass(frozen=True)
@@ -31,10 +34,11 @@ class Territory:
 
 
 def find_territory(points: Array, lateral: Array, offset: Array, spacing: float) -> Territory:
-    """Of sections through points (N, 2) along unit vectors (N, 2) in the plane of the bed."""
-    places = points[:, None] + offset[:, None] * lateral[:, None]
-    nearest = nearest_point(points, places, (offset[1] - offset[0]) / 2)
-    distance = np.hypot(*np.moveaxis(places - points[nearest], -1, 0))
+    """Of sections through points (N, 2) along unit vectors (N, 2) in the plane of the bed.
+
+    Samples are at an ``offset`` (M,) from the path, whose points are ``spacing`` apart [m].
+    """
+    nearest, distance = find_nearest(points, lateral, offset)
     along = np.abs(nearest - np.arange(len(points))[:, None]) * spacing
     # The foot of a place on its own pass is near in arc length, even within a bend.
     foreign: Flags = (along > np.pi * np.abs(offset) + 4 * spacing) & (
@@ -42,7 +46,7 @@ def find_territory(points: Array, lateral: Array, offset: Array, spacing: float)
     beside = np.zeros(distance.shape, bool)
     clearance = []
     for side in (offset < 0, offset > 0):
-        clearance.append(distance[:, side].max(axis=1))
+        clearance.append(distance[:, side].max(axis=1).astype(np.float64))
         # Close to other strands only half-way to them; in the open more of the bed, lest
         # something that lies there be taken for it.
         openness = clearance[-1] / offset[-1]
@@ -51,20 +55,25 @@ def find_territory(points: Array, lateral: Array, offset: Array, spacing: float)
     return Territory(beside, np.stack(clearance), foreign)
 
 
-def nearest_point(points: Array, places: Array, cell: float) -> NDArray[np.intp]:
-    """Index of the path point (N, 2) nearest to places (..., 2), to about ``cell`` [m].
+def find_nearest(points: Array, lateral: Array, offset: Array) -> tuple[Index, Floats]:
+    """Index (N, M) of the path point nearest to each sample, and its distance [m].
 
     By a distance transform of a map of the path [Borgefors 1986], a tenth of the time of a tree.
     """
-    origin = np.minimum(points.min(axis=0), places.min(axis=(0, 1)))
-    extent = np.maximum(points.max(axis=0), places.max(axis=(0, 1))) - origin
-    cell = max(cell, float(extent.max()) / MAP_SIZE)
-    column, row = np.moveaxis(np.rint((points - origin) / cell).astype(np.intp), -1, 0)
-    u, v = np.moveaxis(np.rint((places - origin) / cell).astype(np.intp), -1, 0)
-    free = np.ones(np.rint(extent[::-1] / cell).astype(int) + 1, np.uint8)
+    low = points.min(axis=0) - offset[-1]
+    extent = points.max(axis=0) + offset[-1] - low
+    cell = max((offset[1] - offset[0]) / CELLS, float(extent.max()) / MAP_SIZE)
+    x, y = ((points - low) / cell).astype(np.float32).T
+    places = [start[:, None] + (offset / cell * side[:, None]).astype(np.float32)
+              for start, side in zip((x, y), lateral.T, strict=True)]
+
+    free = np.ones(np.ceil(extent[::-1] / cell).astype(int) + 2, np.uint8)
+    column, row = np.rint(x).astype(np.intp), np.rint(y).astype(np.intp)
     free[row, column] = 0
     _, label = cv2.distanceTransformWithLabels(free, cv2.DIST_L2, cv2.DIST_MASK_5,
                                                labelType=cv2.DIST_LABEL_PIXEL)
     owner = np.zeros(len(points) + 1, np.intp)
     owner[label[row, column]] = np.arange(len(points))
-    return owner[label[v, u]]
+    nearest = owner[label[np.rint(places[1]).astype(np.intp), np.rint(places[0]).astype(np.intp)]]
+    distance = np.hypot(places[0] - x[nearest], places[1] - y[nearest]) * np.float32(cell)
+    return nearest, distance
