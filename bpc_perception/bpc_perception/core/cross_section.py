@@ -26,6 +26,7 @@ from bpc_perception.core.sections import (
     sample_image,
     Sections,
     STEP,
+    step_within_window,
 )
 from bpc_perception.core.thickness import SidePoints
 
@@ -39,7 +40,10 @@ def measure_cross_sections(
 ) -> tuple[SidePoints, StatusArray, Array]:
     """Side points, status (N,) and sigma (N,) of path points (N, 3); see ``measure``."""
     sections = lay_sections(capture, points, T_base_camera, bed, config)
-    light = find_light(sections, extruding)
+    # Light changes slowly along the path.
+    step = step_within_window(sections.spacing)
+    near = np.minimum((np.arange(len(points)) + step // 2) // step, (len(points) - 1) // step)
+    light = find_light(sections.every(step), extruding[::step]).at(near)
     ink = ink_share(sections, light)
     right, left = (find_edges(sections, light.noise, ink, side) for side in (0, 1))
     status = judge(sections, ink, left, right, light.noise > config.cross_section.maximum_noise)
@@ -59,11 +63,14 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges,
     # Of the middle third, so that a spot of glare on the path does no harm.
     typical = running_median(width, 2 * round(0.005 / sections.spacing) + 1)
     reach = np.fmax(typical / 6, sections.pixel)[:, None]
-    centre = masked_median(ink, (np.abs(sections.offset) <= reach) & np.isfinite(ink))
+    offset = np.abs(sections.offset)
+    middle = offset <= 2.4 * reach.max()
+    offset, around = offset[middle], ink[:, middle]
+    centre = masked_median(around, (offset <= reach) & np.isfinite(around))
     status = np.full(len(width), Status.LOW_CONFIDENCE, np.uint8)
     status[(centre >= 0.5 + RIM) & np.isfinite(width)] = Status.MEASURED
-    around = (np.abs(sections.offset) <= 2.4 * reach) & (ink > 0.5 + RIM)
-    bare = around.sum(axis=1) * STEP * sections.pixel < reach[:, 0] / 2
+    inky = np.count_nonzero((offset <= 2.4 * reach) & (around > 0.5 + RIM), axis=1)
+    bare = inky * STEP * sections.pixel < reach[:, 0] / 2
     status[(np.abs(centre) <= 0.5 - RIM) & bare & ~sections.raised] = Status.GAP
     inked = centre >= 0.5 + RIM
     status[inked & (left.outside | right.outside)] = Status.NO_DATA
@@ -72,9 +79,9 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges,
     status[(status == Status.MEASURED) & leans_over_gap(sections, status)] = Status.LOW_CONFIDENCE
     crossing = meets_itself(sections, typical, inked) | left.joined | right.joined
     status[crossing & inked] = Status.JUNCTION
-    middle = len(sections.offset) // 2
-    status[~sections.inside[:, middle] | ~sections.depth] = Status.NO_DATA
-    status[sections.hidden[:, middle]] = Status.OCCLUDED
+    on_path = len(sections.offset) // 2
+    status[~sections.inside[:, on_path] | ~sections.depth] = Status.NO_DATA
+    status[sections.hidden[:, on_path]] = Status.OCCLUDED
     return status
 
 
@@ -136,10 +143,14 @@ def meets_itself(sections: Sections, typical: Array, inked: Flags) -> Flags:
     half, foot, margin = typical / 2, sections.foot, sections.pixel
     pairs = cKDTree(foot[index]).query_pairs(
         2 * float(half[index].max()) + margin, output_type='ndarray')
-    for one, other in (index[pairs].T, index[pairs[:, ::-1]].T):
-        apart = foot[other] - foot[one]
-        across = np.abs(np.einsum('nk,nk->n', apart, sections.lateral[one]))
-        distance = np.linalg.norm(apart, axis=1)
+    pairs = index[pairs]
+    # Most are neighbours on one pass.
+    apart = np.abs(pairs[:, 0] - pairs[:, 1]) * sections.spacing
+    pairs = pairs[apart > half[pairs].sum(axis=1)]
+    for one, other in (pairs.T, pairs[:, ::-1].T):
+        away = foot[other] - foot[one]
+        across = np.abs(np.einsum('nk,nk->n', away, sections.lateral[one]))
+        distance = np.linalg.norm(away, axis=1)
         along = np.sqrt(np.maximum(distance**2 - across**2, 0.0))
         reached = np.hypot(np.maximum(across - half[one] - margin, 0.0), along) < half[other]
         # A bend of one pass is no longer than half a circle on its chord, and some.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import cv2
@@ -12,6 +13,8 @@ from scipy.stats import chi2
 
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.sections import Flags, Floats, masked_median, Sections, STEP
+
+Index = NDArray[np.intp]
 
 ASKED = 250  # about so many sections tell how much colours vary
 BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
@@ -36,6 +39,11 @@ class Light:
     weight: Array
     noise: Array
     glare_from: Array
+
+    def at(self, index: Index) -> Light:
+        """The light at sections of these indices (K,)."""
+        return Light(self.bed[:, index], self.weight[index], self.noise[index],
+                     self.glare_from[:, index])
 
 
 def find_light(sections: Sections, extruding: Flags) -> Light:
@@ -145,5 +153,10 @@ def _covariance(residual: NDArray[np.floating[Any]], core: float) -> Array:
         return floor
     size = np.linalg.norm(residual, axis=1)
     inner = residual[size <= np.quantile(size, core)]
-    part = chi2.cdf(chi2.ppf(core, 3), 5) / core
-    return np.asarray(inner.T @ inner / len(inner) / part + floor)
+    return np.asarray(inner.T @ inner / len(inner) / _inner_part(core) + floor)
+
+
+@cache
+def _inner_part(core: float) -> float:
+    """Of the variance of a normal distribution in 3-D, what its inner share ``core`` has."""
+    return float(chi2.cdf(chi2.ppf(core, 3), 5) / core)

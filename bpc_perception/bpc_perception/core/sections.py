@@ -21,7 +21,7 @@ Flags = NDArray[np.bool_]
 STEP = 0.5  # between samples of a section [pixels]
 COARSE = 4  # what varies slowly across is looked at in every so manieth sample
 KNOT = 8  # and projected to the image in every so manieth
-ASKED = 16  # sections within a window of which the cloud is asked how the surface bends
+ASKED = 16  # sections within a window that tell what is steady there
 LARGEST_SIDE = 30000  # of an image made by OpenCV [pixels]
 RAISED = 0.0004  # what stands this far above the bed is no bed [m]
 WINDOW = 0.008  # length of path over which surface and light are taken as steady [m]
@@ -63,6 +63,15 @@ class Sections:
     clearance: Array
     foreign: Flags
     colour: Floats
+
+    def every(self, step: int) -> Sections:
+        """Only every so manieth of the sections."""
+        chosen = slice(None, None, step)
+        return Sections(
+            self.foot[chosen], self.lateral[chosen], self.lean[chosen], self.offset, self.pixel,
+            self.spacing * step, self.inside[chosen], self.hidden[chosen], self.depth[chosen],
+            self.raised[chosen], self.beside[chosen], self.clearance[:, chosen],
+            self.foreign[chosen], self.colour[chosen])
 
     @property
     def visible(self) -> Flags:
@@ -113,6 +122,11 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
         territory.clearance, _fine(territory.foreign, offset), sample_image(capture.image, uv))
 
 
+def step_within_window(spacing: float) -> int:
+    """From one path point to the next that is asked of what is steady within a window."""
+    return max(1, round(WINDOW / ASKED / spacing))
+
+
 def sample_image(image: NDArray[np.uint8], uv: Floats) -> Floats:
     """RGB (N, M, 3) between the pixels of an image (H, W, 3), bilinear at uv (2, N, M)."""
     # What lies outside shows the image's border, so that has to be cut out with the rest.
@@ -153,9 +167,10 @@ def typical_spacing(points: Array) -> float:
 
 def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
     """Median (N, ...) over the second axis of values (N, M, ...) where mask (N, M); NaN = none."""
-    # Rows of what is compared lie together in memory, which sorting needs to be fast.
+    # What is compared lies side by side in memory, which sorting needs to be fast.
+    ordered = np.moveaxis(values, 1, -1).copy()
     shown = mask.reshape(len(mask), *(1,) * (values.ndim - 2), -1)
-    ordered = np.where(shown, np.moveaxis(values, 1, -1), np.inf)
+    np.copyto(ordered, np.inf, where=~shown)
     ordered.sort(axis=-1)
     count = np.count_nonzero(mask, axis=1)
     low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, values.shape[1] - 1)
@@ -189,7 +204,7 @@ def _follow_surface(capture: Capture, points: Array, lateral: Array, offset: Arr
     surface bends slowly: not every section is asked.
     """
     T_camera_base = invert(T_base_camera)
-    chosen = np.arange(0, len(points), max(1, round(WINDOW / ASKED / spacing)))
+    chosen = np.arange(0, len(points), step_within_window(spacing))
     foot, across, bare = points[chosen], lateral[chosen], beside[chosen]
 
     def cloud() -> Floats:
