@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CrossSectionConfig, ThicknessConfig
 from bpc_perception.core.edges import Edges, find_edges
-from bpc_perception.core.geometry import Array, invert, Plane, transform
+from bpc_perception.core.geometry import Array, invert, Plane
 from bpc_perception.core.light import find_light, ink_share, Light
 from bpc_perception.core.profile import Status, StatusArray
 from bpc_perception.core.sections import (
@@ -22,6 +22,7 @@ from bpc_perception.core.sections import (
     Floats,
     lay_sections,
     masked_median,
+    project,
     running_median,
     sample_image,
     Sections,
@@ -30,7 +31,7 @@ from bpc_perception.core.sections import (
 )
 from bpc_perception.core.thickness import SidePoints
 
-ACROSS = np.arange(-2, 3)  # where ink is looked for beside the path [pixels]
+ACROSS = np.arange(-2.0, 3.0)  # where ink is looked for beside the path [pixels]
 RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
 
 
@@ -91,15 +92,15 @@ def ends_within_pixel(capture: Capture, sections: Sections, light: Light, T_base
 
     Whether there is ink at such a sample itself, no image can tell.
     """
-    tangent = np.cross(sections.lateral, normal)
-    shares = []
-    for step in (-0.5, 0.5):
-        places = sections.foot[:, None] + sections.pixel * (
-            step * tangent[:, None] + ACROSS[:, None] * sections.lateral[:, None])
-        uv = capture.camera.pixels(transform(invert(T_base_camera), places))
-        colour = sample_image(capture.image, uv) - light.bed.mean(axis=0)[:, None]
-        shares.append(np.median(np.einsum('nmk,nk->nm', colour, light.weight), axis=1))
-    return np.asarray((shares[0] > 0.5) != (shares[1] > 0.5))
+    step = sections.pixel / 2 * np.cross(sections.lateral, normal)
+    places = np.concatenate((sections.foot - step, sections.foot + step))
+    uv = project(capture, places, np.tile(sections.lateral, (2, 1)), ACROSS * sections.pixel,
+                 invert(T_base_camera))
+    colour = sample_image(capture.image, uv).reshape(2, len(step), -1, 3)
+    colour = colour - light.bed.mean(axis=0)[:, None]
+    share = np.sort(np.einsum('bnmk,nk->bnm', colour, light.weight), axis=2)
+    before, behind = share[..., len(ACROSS) // 2] > 0.5
+    return np.asarray(before != behind)
 
 
 def width_sigma(left: Edges, right: Edges, pixel: float, config: CrossSectionConfig) -> Array:

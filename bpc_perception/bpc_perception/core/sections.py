@@ -102,7 +102,7 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     foot, lateral = _follow_surface(capture, points, lateral, offset[::COARSE], spacing,
                                     territory.beside, T_base_camera, bed.normal, config)
 
-    uv = _pixels(capture, foot, lateral, offset, T_camera_base)
+    uv = project(capture, foot, lateral, offset, T_camera_base)
     height = _heights(_look_up(capture.cloud, uv), foot, bed.normal, T_camera_base)
     margin = 2 * round(config.obstacle_margin / STEP) + 1
     along = 2 * round(config.obstacle_margin * pixel / spacing) + 1
@@ -208,7 +208,7 @@ def _follow_surface(capture: Capture, points: Array, lateral: Array, offset: Arr
     foot, across, bare = points[chosen], lateral[chosen], beside[chosen]
 
     def cloud() -> Floats:
-        return _look_up(capture.cloud, _pixels(capture, foot, across, offset, T_camera_base))
+        return _look_up(capture.cloud, project(capture, foot, across, offset, T_camera_base))
 
     # The nozzle keeps about the same height above the surface all along.
     height = _heights(cloud(), foot, normal, T_camera_base)
@@ -237,7 +237,7 @@ def _follow_surface(capture: Capture, points: Array, lateral: Array, offset: Arr
     return points + level[:, None] * normal, _unit(lateral + slope[:, None] * normal)
 
 
-def _pixels(capture: Capture, foot: Array, lateral: Array, offset: Array,
+def project(capture: Capture, foot: Array, lateral: Array, offset: Array,
             T_camera_base: Array) -> Floats:
     """Pixels (2, N, M) of the samples of sections; straight between every eighth of them."""
     origin, direction = transform(T_camera_base, foot), lateral @ T_camera_base[:3, :3].T

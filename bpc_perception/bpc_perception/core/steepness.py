@@ -8,11 +8,15 @@ side. A step blurred by lens and pixels is steepest at the step, whatever its he
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.special import ndtr
 
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.sections import Floats
 
 REACH = 5  # from the edge outward and inward [samples]
 FLANK = np.arange(-1, 3)  # around the steepest place; farther in is the bead's ridge [samples]
@@ -26,7 +30,7 @@ FARTHEST = 2.0  # outward [samples]
 USUAL = 0.2  # shifts to be expected; larger ones have to be better founded [samples]
 
 
-def steepest(share: Array, edge: Array, noise: Array, rows: int, spacing: float) -> Array:
+def steepest(share: Floats, edge: Array, noise: Array, rows: int, spacing: float) -> Array:
     """How far outward of edges (N,) in shares of ink (N, K) these are steepest (N,) [samples].
 
     A stretch of path is taken together, since a slope is read less surely than a level.
@@ -71,7 +75,7 @@ def steepest(share: Array, edge: Array, noise: Array, rows: int, spacing: float)
     return result
 
 
-def _pooled(share: Array, edge: Array, rows: int) -> Array:
+def _pooled(share: Floats, edge: Array, rows: int) -> Array:
     """Mean share (N, 2 REACH + 1) around edges (N,), over a stretch of path."""
     values = _read(share, edge[:, None] + np.arange(-REACH, REACH + 1))
     values[np.isnan(edge)] = np.nan
@@ -103,7 +107,7 @@ def _gaussian(values: Array) -> tuple[Array, Array]:
     return np.clip(slope * variance, FLANK[0], -FLANK[0]), variance
 
 
-def _read(values: Array, place: Array) -> Array:
+def _read(values: NDArray[np.floating[Any]], place: Array) -> Array:
     """Values (N, K) between samples, at places (N,) or (N, J) [samples]; of the ends beyond."""
     inner = np.clip(np.nan_to_num(place), 0, values.shape[1] - 1.001)
     base = inner.astype(np.intp)
