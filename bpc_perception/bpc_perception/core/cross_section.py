@@ -8,6 +8,8 @@ image itself, near each point: ink lies along the path, bed far from all of it.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -15,11 +17,12 @@ from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CrossSectionConfig, ThicknessConfig
 from bpc_perception.core.edges import Edges, find_edges
 from bpc_perception.core.geometry import Array, invert, Plane
-from bpc_perception.core.light import find_light, ink_share, Light
+from bpc_perception.core.light import Contrast, find_light, ink_share, Light
 from bpc_perception.core.profile import Status, StatusArray
 from bpc_perception.core.sections import (
     Flags,
     Floats,
+    Index,
     lay_sections,
     masked_median,
     project,
@@ -35,16 +38,37 @@ ACROSS = np.arange(-2.0, 3.0)  # where ink is looked for beside the path [pixels
 RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
 
 
+@dataclass(frozen=True)
+class CrossSections:
+    """What is known of N path points.
+
+    Attributes:
+        sides: their side points.
+        status: (N,) values of Status.
+        sigma: (N,) 1-sigma uncertainty of the width between them [m].
+        contrast: of ink and bed in all of the print; None = nothing is told apart.
+    """
+
+    sides: SidePoints
+    status: StatusArray
+    sigma: Array
+    contrast: Contrast | None
+
+
 def measure_cross_sections(
     capture: Capture, points: Array, extruding: Flags, T_base_camera: Array, bed: Plane,
-    config: ThicknessConfig,
-) -> tuple[SidePoints, StatusArray, Array]:
-    """Side points, status (N,) and sigma (N,) of path points (N, 3); see ``measure``."""
-    sections = lay_sections(capture, points, T_base_camera, bed, config)
+    config: ThicknessConfig, index: Index | None = None, known: Contrast | None = None,
+) -> CrossSections:
+    """Measure a path (P, 3), or only its points of an ``index`` (N,); see ``measure``.
+
+    Of a part alone, its ends are not known well, and the contrast of the whole print has to be.
+    """
+    index = np.arange(len(points)) if index is None else index
+    sections = lay_sections(capture, points, index, T_base_camera, bed, config)
     # Light changes slowly along the path.
     step = step_within_window(sections.spacing)
-    near = np.minimum((np.arange(len(points)) + step // 2) // step, (len(points) - 1) // step)
-    light = find_light(sections.every(step), extruding[::step]).at(near)
+    near = np.minimum((np.arange(len(index)) + step // 2) // step, (len(index) - 1) // step)
+    light = find_light(sections.every(step), extruding[index][::step], known).at(near)
     ink = ink_share(sections, light)
     right, left = (find_edges(sections, light.noise, ink, side) for side in (0, 1))
     status = judge(sections, ink, left, right, light.noise > config.cross_section.maximum_noise)
@@ -54,7 +78,7 @@ def measure_cross_sections(
     sides = SidePoints(sections.foot + left.distance[:, None] * sections.lateral,
                        sections.foot - right.distance[:, None] * sections.lateral,
                        left.distance, right.distance)
-    return sides, status, sigma
+    return CrossSections(sides, status, sigma, light.contrast)
 
 
 def judge(sections: Sections, ink: Floats, left: Edges, right: Edges,
@@ -120,7 +144,7 @@ def leans_over_gap(sections: Sections, status: StatusArray) -> Flags:
 
     Seen obliquely along the path, the ridge of a bead's end covers the bed beyond.
     """
-    arc = np.arange(len(status)) * sections.spacing
+    arc = sections.index * sections.spacing
     gaps = arc[status == Status.GAP]
     if len(gaps) == 0:
         return np.zeros(len(status), bool)
@@ -146,7 +170,7 @@ def meets_itself(sections: Sections, typical: Array, inked: Flags) -> Flags:
         2 * float(half[index].max()) + margin, output_type='ndarray')
     pairs = index[pairs]
     # Most are neighbours on one pass.
-    apart = np.abs(pairs[:, 0] - pairs[:, 1]) * sections.spacing
+    apart = np.abs(np.diff(sections.index[pairs], axis=1)[:, 0]) * sections.spacing
     pairs = pairs[apart > half[pairs].sum(axis=1)]
     for one, other in (pairs.T, pairs[:, ::-1].T):
         away = foot[other] - foot[one]
@@ -155,6 +179,6 @@ def meets_itself(sections: Sections, typical: Array, inked: Flags) -> Flags:
         along = np.sqrt(np.maximum(distance**2 - across**2, 0.0))
         reached = np.hypot(np.maximum(across - half[one] - margin, 0.0), along) < half[other]
         # A bend of one pass is no longer than half a circle on its chord, and some.
-        arc = np.abs(one - other) * sections.spacing
+        arc = np.abs(sections.index[one] - sections.index[other]) * sections.spacing
         met[one[reached & (arc > np.pi / 2 * distance + half[one] + half[other])]] = True
     return met

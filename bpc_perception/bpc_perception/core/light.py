@@ -24,6 +24,23 @@ INK_CORE = 0.95  # shading and reflections are part of what ink looks like
 
 
 @dataclass(frozen=True)
+class Contrast:
+    """How ink differs from bed in a print as a whole.
+
+    Attributes:
+        clearance: from which distance to all of the path bed is sure, if only because there is
+            no more [m].
+        step: (3,) from the colour of the bed to that of the ink.
+        bed_spread, spread: (3, 3) how colours vary within the bed, and within both.
+    """
+
+    clearance: float
+    step: Array
+    bed_spread: Array
+    spread: Array
+
+
+@dataclass(frozen=True)
 class Light:
     """What ink and bed look like at N sections.
 
@@ -33,21 +50,27 @@ class Light:
         noise: (N,) 1-sigma noise of a colour so weighed; large = ink is not told from bed.
         glare_from: (2, N) brightness, the mean of red, green and blue, above which a sample is
             neither ink nor bed.
+        contrast: of the whole print; None = nothing is told apart.
     """
 
     bed: Array
     weight: Array
     noise: Array
     glare_from: Array
+    contrast: Contrast | None
 
     def at(self, index: Index) -> Light:
         """The light at sections of these indices (K,)."""
         return Light(self.bed[:, index], self.weight[index], self.noise[index],
-                     self.glare_from[:, index])
+                     self.glare_from[:, index], self.contrast)
 
 
-def find_light(sections: Sections, extruding: Flags) -> Light:
-    """What ink and bed look like along the path."""
+def find_light(sections: Sections, extruding: Flags, known: Contrast | None = None) -> Light:
+    """What ink and bed look like along the path.
+
+    Sections of a part of the print may hold too little ink to tell how it differs from the bed:
+    then that has to be ``known`` from the whole.
+    """
     on_path = np.abs(sections.offset) <= sections.pixel
     centre = sections.colour[:, on_path].mean(axis=1).astype(np.float64)
     centre[~sections.visible[:, on_path].all(axis=1)] = np.nan
@@ -59,23 +82,20 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
     sides = slice(None, middle), slice(middle, None)
     some = slice(None, None, max(1, len(colour) // ASKED))
     bed = find_bed(sections, np.stack([masked_median(colour[:, side], beside[:, side])
-                                       for side in sides]), centre)
+                                       for side in sides]), centre, known)
     around_bed = np.concatenate([colour[:, side] - colours[:, None].astype(np.float32)
                                  for side, colours in zip(sides, bed, strict=True)], axis=1)
-    bed_spread = _covariance(around_bed[some][beside[some]], BED_CORE)
-
     step = centre - bed.mean(axis=0)
-    contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
-    laid = np.isfinite(contrast) & (extruding if extruding.any() else True)
-    strong = laid & (contrast >= (np.median(contrast[laid]) if laid.any() else np.inf))
-    typical = np.median(step[strong], axis=0) if strong.any() else np.zeros(3)
+    bed_spread = (known.bed_spread if known is not None
+                  else _covariance(around_bed[some][beside[some]], BED_CORE))
+    typical = known.step if known is not None else _typical_step(step, bed_spread, extruding)
     if not typical.any():  # nothing is seen there, or all of one colour
         unknown = np.full(len(step), np.inf)
-        return Light(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)))
+        return Light(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)), None)
 
     # Fisher's direction, twice: what varies within the ink, its shading, is seen only once it
     # is known where ink is.
-    spread = bed_spread
+    spread = bed_spread if known is None else known.spread
     for _ in range(2):
         towards = np.linalg.solve(spread, typical)
         share = step @ towards / (typical @ towards)
@@ -88,30 +108,46 @@ def find_light(sections: Sections, extruding: Flags) -> Light:
         # All of the ink, not its middle alone, where light from above is reflected.
         ink = masked_median(colour, inner)
         step = np.where(np.isfinite(ink), ink - bed.mean(axis=0), step)
-        around_ink = (colour[some] - ink[some, None])[inner[some]]
-        spread = bed_spread + _covariance(around_ink, INK_CORE)
+        if known is None:
+            around_ink = (colour[some] - ink[some, None])[inner[some]]
+            spread = bed_spread + _covariance(around_ink, INK_CORE)
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
     # On ink brighter than its bed, what is brighter still is no less ink.
     brightness = np.where(local.mean(axis=1) < 0, bed.mean(axis=2), np.inf)
-    return Light(bed, weight, noise, brightness + BRIGHT * np.sqrt(bed_spread.sum()) / 3)
+    contrast = Contrast(float(sections.clearance.max()) / 2, typical, bed_spread, spread)
+    return Light(bed, weight, noise, brightness + BRIGHT * np.sqrt(bed_spread.sum()) / 3,
+                 known or contrast)
 
 
-def find_bed(sections: Sections, beside: Array, centre: Array) -> Array:
+def _typical_step(step: Array, bed_spread: Array, extruding: Flags) -> Array:
+    """Step (3,) from bed to ink where of all steps (N, 3) it is clear; 0 where none is known."""
+    contrast = np.sqrt(np.einsum('ni,ij,nj->n', step, np.linalg.inv(bed_spread), step))
+    laid = np.isfinite(contrast) & (extruding if extruding.any() else True)
+    strong = laid & (contrast >= (np.median(contrast[laid]) if laid.any() else np.inf))
+    return np.asarray(np.median(step[strong], axis=0)) if strong.any() else np.zeros(3)
+
+
+def find_bed(sections: Sections, beside: Array, centre: Array,
+             known: Contrast | None = None) -> Array:
     """Colours (2, N, 3) of the bed on both sides, from what lies beside and on the path.
 
     Where strands lie closely, what lies half-way between them may be ink as well. It is taken for
     bed only if it is nearer to the bed farther out than to the ink.
     """
-    sure = sections.clearance >= sections.clearance.max() / 2
+    clearance = sections.clearance.max() / 2 if known is None else known.clearance
+    sure = sections.clearance >= clearance
     open_bed = np.stack([sections.steady(np.where(known[:, None], colours, np.nan))
                          for known, colours in zip(sure, beside, strict=True)])
     open_bed = np.where(np.isfinite(open_bed), open_bed, open_bed[::-1])
-    step = centre - open_bed.mean(axis=0)
-    size = np.linalg.norm(step, axis=1)
-    if np.isfinite(size).any():
-        strong = np.median(step[size >= np.nanmedian(size)], axis=0)
-        if strong.any():
-            sure |= (beside - open_bed) @ strong < 0.4 * (strong @ strong)
+    if known is None:
+        step = centre - open_bed.mean(axis=0)
+        size = np.linalg.norm(step, axis=1)
+        strong = (np.median(step[size >= np.nanmedian(size)], axis=0)
+                  if np.isfinite(size).any() else np.zeros(3))
+    else:
+        strong = known.step
+    if strong.any():
+        sure |= (beside - open_bed) @ strong < 0.4 * (strong @ strong)
     bed = np.stack([sections.steady(np.where(known[:, None], colours, np.nan))
                     for known, colours in zip(sure, beside, strict=True)])
     return np.where(np.isfinite(bed), bed, bed[::-1])

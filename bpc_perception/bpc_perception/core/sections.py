@@ -17,6 +17,7 @@ from bpc_perception.core.territory import find_territory
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
 STEP = 0.5  # between samples of a section [pixels]
 COARSE = 4  # what varies slowly across is looked at in every so manieth sample
@@ -32,6 +33,7 @@ class Sections:
     """Lines across N path points, M samples each, from right to left of the direction of travel.
 
     Attributes:
+        index: (N,) of the path points.
         foot: (N, 3) points of the surface below the nozzle tip [m].
         lateral: (N, 3) unit vectors along the surface to the left.
         lean: (N,) how far a bead's ridge seems to be shifted along the path, seen from where
@@ -49,6 +51,7 @@ class Sections:
         colour: (N, M, 3) RGB.
     """
 
+    index: Index
     foot: Array
     lateral: Array
     lean: Array
@@ -68,10 +71,10 @@ class Sections:
         """Only every so manieth of the sections."""
         chosen = slice(None, None, step)
         return Sections(
-            self.foot[chosen], self.lateral[chosen], self.lean[chosen], self.offset, self.pixel,
-            self.spacing * step, self.inside[chosen], self.hidden[chosen], self.depth[chosen],
-            self.raised[chosen], self.beside[chosen], self.clearance[:, chosen],
-            self.foreign[chosen], self.colour[chosen])
+            self.index[chosen], self.foot[chosen], self.lateral[chosen], self.lean[chosen],
+            self.offset, self.pixel, self.spacing * step, self.inside[chosen],
+            self.hidden[chosen], self.depth[chosen], self.raised[chosen], self.beside[chosen],
+            self.clearance[:, chosen], self.foreign[chosen], self.colour[chosen])
 
     @property
     def visible(self) -> Flags:
@@ -86,20 +89,19 @@ class Sections:
         return running_median(values, 2 * round(WINDOW / 2 / self.spacing) + 1)
 
 
-def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Plane,
-                 config: ThicknessConfig) -> Sections:
-    """Lines across path points (N, 3), following the surface where it bends."""
+def lay_sections(capture: Capture, points: Array, index: Index, T_base_camera: Array,
+                 bed: Plane, config: ThicknessConfig) -> Sections:
+    """Lines across the path (P, 3) at points of an index (N,), following the bending surface."""
     T_camera_base = invert(T_base_camera)
-    tangent = smoothed_tangents(points, config.cross_section.tangent_length)
+    tangent = smoothed_tangents(points, config.cross_section.tangent_length)[index]
     lateral = _unit(np.cross(bed.normal, tangent))
     spacing = typical_spacing(points)
-    distance = float(np.median(transform(T_camera_base, points)[:, 2]))
-    pixel = distance / capture.camera.focal_length
+    pixel = pixel_size(capture, points, T_base_camera)
     count = int(np.ceil(config.cross_section.reach / (STEP * pixel)))
     offset = np.linspace(-count, count, 2 * count + 1) * (STEP * pixel)
-    territory = find_territory(bed.coordinates(points), bed.coordinates(lateral), offset[::COARSE],
-                           spacing)
-    foot, lateral = _follow_surface(capture, points, lateral, offset[::COARSE], spacing,
+    territory = find_territory(bed.coordinates(points), index, bed.coordinates(lateral),
+                               offset[::COARSE], spacing)
+    foot, lateral = _follow_surface(capture, points[index], lateral, offset[::COARSE], spacing,
                                     territory.beside, T_base_camera, bed.normal, config)
 
     uv = project(capture, foot, lateral, offset, T_camera_base)
@@ -115,11 +117,17 @@ def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Pla
     to_camera = T_base_camera[:3, 3] - foot
     lean = -ridge * np.einsum('nk,nk->n', to_camera, tangent) / (to_camera @ bed.normal)
     return Sections(
-        foot, lateral, np.where(np.isfinite(lean), lean, 0.0), offset, pixel, spacing,
+        index, foot, lateral, np.where(np.isfinite(lean), lean, 0.0), offset, pixel, spacing,
         capture.camera.contains(np.moveaxis(uv, 0, -1)), np.asarray(hidden).view(bool),
         np.count_nonzero(known, axis=1) > 0.1 * len(offset),
         _raised(height, offset, pixel, territory.beside), _fine(territory.beside, offset),
         territory.clearance, _fine(territory.foreign, offset), sample_image(capture.image, uv))
+
+
+def pixel_size(capture: Capture, points: Array, T_base_camera: Array) -> float:
+    """Length of a pixel's side about where the path (N, 3) is [m]."""
+    distance = float(np.median(transform(invert(T_base_camera), points)[:, 2]))
+    return distance / capture.camera.focal_length
 
 
 def step_within_window(spacing: float) -> int:

@@ -11,6 +11,7 @@ from bpc_perception.core.advice import advise, RateAdvice
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.incremental import PrintMemory
 from bpc_perception.core.measurement import measure, MeasurementError
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.poses import PoseBuffer
@@ -60,6 +61,7 @@ class Session:
         self._path: DepositionPath | None = None
         self._waiting: deque[tuple[Capture, int]] = deque()
         self._numbers: Counter[str] = Counter()
+        self._memory = PrintMemory()
 
     def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
         """Queue a capture, received at this time of the caller's clock."""
@@ -84,6 +86,7 @@ class Session:
         self._path = None
         self._waiting.clear()
         self._numbers.clear()
+        self._memory = PrintMemory()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
         """Measure every capture that is ready, or has waited for longer than ``patience``.
@@ -119,7 +122,8 @@ class Session:
         number = self._numbers[path.print_id]
         self._numbers[path.print_id] += 1
         try:
-            profile = measure(capture, path, T_base_camera, self.config, number)
+            profile = measure(capture, path, T_base_camera, self.config, number,
+                              self._memory)
         except MeasurementError as error:
             return Result(capture, T_base_camera, refusal=str(error))
         except Exception as error:  # a defect of ours must not end a print's feedback

@@ -33,13 +33,20 @@ class Territory:
     foreign: Flags
 
 
-def find_territory(points: Array, lateral: Array, offset: Array, spacing: float) -> Territory:
-    """Of sections through points (N, 2) along unit vectors (N, 2) in the plane of the bed.
+def find_territory(points: Array, index: Index, lateral: Array, offset: Array,
+                   spacing: float) -> Territory:
+    """Of sections across a path (P, 2) in the plane of the bed, along unit vectors (N, 2).
 
-    Samples are at an ``offset`` (M,) from the path, whose points are ``spacing`` apart [m].
+    They lie at path points of an ``index`` (N,), their samples at an ``offset`` (M,) from these.
+    Path points are ``spacing`` apart [m].
     """
-    nearest, distance = find_nearest(points, lateral, offset)
-    along = np.abs(nearest - np.arange(len(points))[:, None]) * spacing
+    # What is farther away is near to none of the samples.
+    around = points[index]
+    reach = np.abs(offset).max()
+    close = np.flatnonzero(((points >= around.min(axis=0) - 2 * reach)
+                            & (points <= around.max(axis=0) + 2 * reach)).all(axis=1))
+    nearest, distance = find_nearest(points[close], around, lateral, offset)
+    along = np.abs(close[nearest] - index[:, None]) * spacing
     # The foot of a place on its own pass is near in arc length, even within a bend.
     foreign: Flags = (along > np.pi * np.abs(offset) + 4 * spacing) & (
         distance < np.abs(offset) - spacing)
@@ -49,23 +56,27 @@ def find_territory(points: Array, lateral: Array, offset: Array, spacing: float)
         clearance.append(distance[:, side].max(axis=1).astype(np.float64))
         # Close to other strands only half-way to them; in the open more of the bed, lest
         # something that lies there be taken for it.
-        openness = clearance[-1] / offset[-1]
+        openness = clearance[-1] / reach
         nearest_bed = clearance[-1] * (0.85 - 0.35 * openness**2)
         beside[:, side] = distance[:, side] >= nearest_bed[:, None]
     return Territory(beside, np.stack(clearance), foreign)
 
 
-def find_nearest(points: Array, lateral: Array, offset: Array) -> tuple[Index, Floats]:
-    """Index (N, M) of the path point nearest to each sample, and its distance [m].
+def find_nearest(points: Array, start: Array, lateral: Array,
+                 offset: Array) -> tuple[Index, Floats]:
+    """Index (N, M) of which of points (P, 2) is nearest to each sample, and its distance [m].
+
+    Samples are at an ``offset`` (M,) from starts (N, 2) along unit vectors (N, 2).
 
     By a distance transform of a map of the path [Borgefors 1986], a tenth of the time of a tree.
     """
-    low = points.min(axis=0) - offset[-1]
-    extent = points.max(axis=0) + offset[-1] - low
+    reach = np.abs(offset).max()
+    low = points.min(axis=0) - reach
+    extent = points.max(axis=0) + reach - low
     cell = max((offset[1] - offset[0]) / CELLS, float(extent.max()) / MAP_SIZE)
     x, y = ((points - low) / cell).astype(np.float32).T
-    places = [start[:, None] + (offset / cell * side[:, None]).astype(np.float32)
-              for start, side in zip((x, y), lateral.T, strict=True)]
+    places = [((origin[:, None] + offset * side[:, None]) / cell).astype(np.float32)
+              for origin, side in zip((start - low).T, lateral.T, strict=True)]
 
     free = np.ones(np.ceil(extent[::-1] / cell).astype(int) + 2, np.uint8)
     column, row = np.rint(x).astype(np.intp), np.rint(y).astype(np.intp)
