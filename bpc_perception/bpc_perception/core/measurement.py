@@ -14,8 +14,9 @@ from bpc_perception.core.incremental import measure_where_new, PrintMemory
 from bpc_perception.core.paper import measure_as_published
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.sections import pixel_size, typical_spacing
 from bpc_perception.core.surface import bed_plane
-from bpc_perception.core.thickness import tangents
+from bpc_perception.core.thickness import between, nearest, tangents
 
 
 class MeasurementError(ValueError):
@@ -58,8 +59,16 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         sides, status, sigma = measure_as_published(
             capture, path.points, T_base_camera, bed, config)
     else:
+        # Sections closer together than pixels see the same.
+        step = min(int(pixel_size(capture, path.points, T_base_camera)
+                       / typical_spacing(path.points)), len(path) // 3)
         sides, status, sigma = measure_where_new(
-            capture, path, T_base_camera, bed, config, memory or PrintMemory())
+            capture, path.every(step) if step > 1 else path, T_base_camera, bed, config,
+            memory or PrintMemory())
+        if step > 1:
+            place = np.arange(len(path)) / step
+            sides, sigma = sides.between(place), between(sigma, place)
+            status = status[nearest(place, len(status))]
 
     measured = status == Status.MEASURED
     for values in (sides.left, sides.right, sides.left_distance, sides.right_distance, sigma):
