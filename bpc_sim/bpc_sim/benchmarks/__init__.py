@@ -1,0 +1,1 @@
+"""Speed, verified to be that of right results before it is timed."""
