@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 import json
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +15,6 @@ import typer
 from bpc_perception.cli import inputs
 from bpc_perception.cli.study import show, without_nan
 
-SAMPLE = Path(__file__).resolve().parents[3] / 'bags/spiral_gaps'
 TITLES = {
     'core': 'The measurement, beside one blur + Canny + findContours of the same image',
     'bag': 'A recording, offline',
@@ -27,8 +27,8 @@ def bench(
     name: Annotated[str, typer.Argument(help='Which: core, bag, live or recorder.')],
     json_file: Annotated[Path | None, typer.Option(
         '--json', metavar='FILE', help='Write the rows as a list of flat objects.')] = None,
-    bag: Annotated[Path, typer.Option(
-        metavar='BAG', help='Recording to measure, of bag.')] = SAMPLE,
+    bag: Annotated[Path | None, typer.Option(
+        metavar='BAG', help='Recording to measure, of bag; else the sample.')] = None,
     seconds: Annotated[float, typer.Option(
         min=1, metavar='S', help='How long to print, of live and recorder.')] = 60.0,
     quick: Annotated[bool, typer.Option(
@@ -43,7 +43,11 @@ def bench(
     run: Callable[..., list[dict[str, Any]]] = import_module(f'bpc_sim.benchmarks.{name}').run
     chosen = {'core': partial(run, quick), 'live': partial(run, seconds),
               'recorder': partial(run, seconds)}
-    rows = run(inputs.load(bag, None, None), quick) if name == 'bag' else chosen[name]()
+    if name == 'bag':
+        sample = Path(os.environ.get('BPC_ROOT', '.')) / 'bags' / 'spiral_gaps'
+        rows = run(inputs.load(bag or sample, None, None), quick)
+    else:
+        rows = chosen[name]()
     show(TITLES[name], rows)
     if json_file is not None:
         json_file.write_text(json.dumps([without_nan(row) for row in rows], indent=2) + '\n')

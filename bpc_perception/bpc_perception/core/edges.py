@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
@@ -108,10 +109,11 @@ def find_edges(sections: Sections, noise: Array, ink: Floats, side: int) -> Edge
 
 def _first_run(flags: Flags, length: int) -> Index:
     """Where (N,) the first run of so many True starts in each row (N, K); K = there is none."""
-    padded = np.pad(flags, ((0, 0), (0, length)), constant_values=True)
-    total = np.pad(np.cumsum(padded, axis=1), ((0, 0), (1, 0)))
-    full: Flags = np.equal(total[:, length:] - total[:, :-length], length)
-    return np.argmax(full[:, :flags.shape[1] + 1], axis=1)
+    # Eroded to where the next so many are all True; beyond the rows they are.
+    full = np.ones((len(flags), flags.shape[1] + 1), np.uint8)
+    full[:, :-1] = cv2.erode(flags.view(np.uint8), np.ones((1, length), np.uint8), anchor=(0, 0),
+                             borderType=cv2.BORDER_CONSTANT, borderValue=1)
+    return np.argmax(full, axis=1)
 
 
 def flaws(distance: Array, tolerance: Array, spacing: float) -> Flags:

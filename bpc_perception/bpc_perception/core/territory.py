@@ -14,7 +14,7 @@ Flags = NDArray[np.bool_]
 Floats = NDArray[np.float32]
 Index = NDArray[np.intp]
 
-CELLS = 1.5  # of a map of the path, from one sample to the next
+CELLS = 1  # of a map of the path, from one sample to the next
 MAP_SIZE = 1000  # of the map, at most [cells]
 
 
