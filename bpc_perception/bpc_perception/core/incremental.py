@@ -112,7 +112,7 @@ def measure_where_new(
     if last is not None:
         old, same = _same_points(last, path)
         pixel = pixel_size(capture, path.points, T_base_camera)
-        window = 2 * round(WINDOW / typical_spacing(path.points)) + 1
+        window = 2 * round(WINDOW / 2 / typical_spacing(path.points)) + 1
         half = _half_width(last.results.sides, config.cross_section.reach) / pixel
         changed = changes(last.tiles, tiles, config.obstacle_height / 2)
 
@@ -125,8 +125,8 @@ def measure_where_new(
             return np.asarray((grown[tuple(tile.T)] > 0) & seen)
 
         late = maximum_filter1d(~same, window)
-        anew = late | around(late, half + GLARE + TILE, changed)
-        asked = maximum_filter1d(anew, window) | around(anew, 2 * half + TILE)
+        anew = late | around(late, half + GLARE, changed)
+        asked = maximum_filter1d(anew, 2 * window - 1) | around(anew, 2 * half)
         if asked.mean() > SHARE:
             last = None
     if last is None:
