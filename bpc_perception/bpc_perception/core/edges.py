@@ -176,39 +176,55 @@ def refine(share: Floats, first: Index, noise: Array) -> tuple[Array, Array]:
     half-way crossing is then moved to where as much ink lies outside as bed inside, which
     holds for whole pixels as well. In samples from the path; NaN = no edge.
     """
-    near, far = (round(distance / STEP) for distance in PLATEAU)
-    row = np.arange(len(share))[:, None]
-    steps = np.arange(near, far + 1)
-
-    def read(index: Index) -> Floats:
-        return share[row, np.clip(index, 0, share.shape[1] - 1)]
-
-    start = first[:, None]
+    near = round(PLATEAU[0] / STEP)
+    start = first.copy()
+    crossing, outer, step, slope = np.full((4, len(share)), np.nan)
+    moved = np.arange(len(share))
     for _ in range(PASSES):
-        # What glare hides of the ink is taken for ink.
-        inside = np.sort(np.nan_to_num(read(np.maximum(start - 1 - steps, 0)), nan=1.0), axis=1)
-        # A reflection near the edge takes away from the ink: then what it leaves counts.
-        fullest = sorted_quantile(inside, 0.9) - np.maximum(0.1, 2 * noise)
-        inner = np.maximum(sorted_quantile(inside, 0.5), fullest)
-        outside = np.sort(read(start + steps), axis=1)  # with NaN last
-        outer = np.where(np.isnan(outside[:, -1]), np.nan, sorted_quantile(outside, 0.5))
-        step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer,
-                        np.nan)
-        index = start + np.arange(-near - 1, near + 1)
-        values = (read(index) - outer[:, None]) / step[:, None] - 0.5
-        falls = (values[:, :-1] >= 0) & (values[:, 1:] < 0)
-        nearest = np.argmin(np.where(falls, np.abs(index[:, :-1] + 0.5 - start), np.inf), axis=1)
-        above, below = (values[row[:, 0], nearest + ahead] for ahead in (0, 1))
-        slope = np.where(falls.any(axis=1), above - below, np.nan)
-        crossing = index[row[:, 0], nearest] + above / slope
-        start = np.where(np.isfinite(crossing), np.ceil(crossing), 1).astype(np.intp)[:, None]
+        found = half_way(share[moved], start[moved], noise[moved])
+        crossing[moved], outer[moved], step[moved], slope[moved] = found
+        before = start[moved]
+        start[moved] = np.where(np.isfinite(found[0]), np.ceil(found[0]), 1).astype(np.intp)
+        # From the same place the same would be found again.
+        moved = moved[start[moved] != before]
 
+    row = np.arange(len(share))[:, None]
     reach = np.linspace(-near, near, 4 * near + 1)
     place = np.where(np.isfinite(crossing), crossing, 1.0)[:, None] + reach
     base = np.floor(place).astype(np.intp)
     part = place - base
-    values = (1 - part) * read(base) + part * read(base + 1)
+    low, high = (share[row, np.clip(base + ahead, 0, share.shape[1] - 1)] for ahead in (0, 1))
+    values = (1 - part) * low + part * high
     values = (values - outer[:, None]) / step[:, None] - 0.5
     surplus = trapezoid(values, reach, axis=1)
     shift = surplus / np.maximum(values[:, 0] - values[:, -1], 0.5)
     return crossing + np.clip(np.nan_to_num(shift), -1.0, 1.0), slope * step
+
+
+def half_way(share: Floats, start: Index, noise: Array) -> tuple[Array, Array, Array, Array]:
+    """Where (N,) shares (N, K) pass half-way between the levels beside a place (N,).
+
+    Also (N,) the level outside, that inside less it, and the slope as a part of that; NaN = none.
+    """
+    near, far = (round(distance / STEP) for distance in PLATEAU)
+    row, steps = np.arange(len(share)), np.arange(near, far + 1)
+    start = start[:, None]
+
+    def read(index: Index) -> Floats:
+        return share[row[:, None], np.clip(index, 0, share.shape[1] - 1)]
+
+    # What glare hides of the ink is taken for ink.
+    inside = np.sort(np.nan_to_num(read(np.maximum(start - 1 - steps, 0)), nan=1.0), axis=1)
+    # A reflection near the edge takes away from the ink: then what it leaves counts.
+    fullest = sorted_quantile(inside, 0.9) - np.maximum(0.1, 2 * noise)
+    inner = np.maximum(sorted_quantile(inside, 0.5), fullest)
+    outside = np.sort(read(start + steps), axis=1)  # with NaN last
+    outer = np.where(np.isnan(outside[:, -1]), np.nan, sorted_quantile(outside, 0.5))
+    step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer, np.nan)
+    index = start + np.arange(-near - 1, near + 1)
+    values = (read(index) - outer[:, None]) / step[:, None] - 0.5
+    falls = (values[:, :-1] >= 0) & (values[:, 1:] < 0)
+    nearest = np.argmin(np.where(falls, np.abs(index[:, :-1] + 0.5 - start), np.inf), axis=1)
+    above, below = (values[row, nearest + ahead] for ahead in (0, 1))
+    slope = np.where(falls.any(axis=1), above - below, np.nan)
+    return index[row, nearest] + above / slope, outer, step, slope

@@ -16,7 +16,7 @@ from bpc_perception.core.sections import Flags, Floats, masked_median, Sections,
 
 Index = NDArray[np.intp]
 
-ASKED = 250  # about so many sections tell how much colours vary
+ASKED = 100  # about so many sections tell how much colours vary
 BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
 HALO = 2.5  # around glare the lens spreads its light so far [pixels]
 BED_CORE = 0.5  # beside the path some of what lies there may be other ink

@@ -212,7 +212,7 @@ def _follow_surface(capture: Capture, points: Array, lateral: Array, offset: Arr
     surface bends slowly: not every section is asked.
     """
     T_camera_base = invert(T_base_camera)
-    chosen = np.arange(0, len(points), step_within_window(spacing))
+    chosen = np.arange(0, len(points), 2 * step_within_window(spacing))
     foot, across, bare = points[chosen], lateral[chosen], beside[chosen]
 
     def cloud() -> Floats:

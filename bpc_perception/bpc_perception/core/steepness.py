@@ -27,6 +27,7 @@ OBLIQUE = 1.25  # it differs by so much along a path seen from aside
 BEND = 0.3  # the most that a change of the ink's level accounts for [samples]
 REFLECTED = -1.2  # steepest so far inward, the rim itself shines and is not seen [samples]
 FARTHEST = 2.0  # outward [samples]
+ASKED = 8  # path points within a stretch at which it is looked at
 USUAL = 0.2  # shifts to be expected; larger ones have to be better founded [samples]
 
 
@@ -45,7 +46,8 @@ def steepest(share: Floats, edge: Array, noise: Array, rows: int, spacing: float
     Returns:
         NaN where there is no edge, or a reflection runs along it.
     """
-    pooled = _pooled(share, edge, rows)
+    step = max(1, rows // ASKED)
+    pooled = _pooled(share, edge, rows)[::step]
     fall = (pooled[:, :-2] - pooled[:, 2:]) / 2
     row = np.arange(len(fall))
     ends = slice(-FLANK[0], fall.shape[1] - FLANK[-1])
@@ -54,6 +56,7 @@ def steepest(share: Floats, edge: Array, noise: Array, rows: int, spacing: float
     known = np.isfinite(pooled).all(axis=1) & (greatest > 0)
     if not known.any():
         return np.full(len(edge), np.nan)
+    result = np.full(len(pooled), np.nan)
     pooled, greatest, peak = pooled[known], greatest[known], peak[known]
     flank = fall[known][np.arange(len(peak))[:, None], peak[:, None] + FLANK] / greatest[:, None]
     top, variance = _gaussian(np.maximum(flank, LEAST))
@@ -70,9 +73,9 @@ def steepest(share: Floats, edge: Array, noise: Array, rows: int, spacing: float
     pixels = max(rows * spacing, 1.0)
     error = 0.4 * np.median(noise) / np.sqrt(pixels) * variance / greatest
     plain = (shift >= REFLECTED) & (shift <= FARTHEST)
-    result = np.full(len(edge), np.nan)
     result[known] = np.where(plain, shift * USUAL**2 / (USUAL**2 + error**2), np.nan)
-    return result
+    near = (np.arange(len(edge)) + step // 2) // step
+    return result[np.minimum(near, len(result) - 1)]
 
 
 def _pooled(share: Floats, edge: Array, rows: int) -> Array:

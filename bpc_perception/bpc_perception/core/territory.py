@@ -14,7 +14,7 @@ Flags = NDArray[np.bool_]
 Floats = NDArray[np.float32]
 Index = NDArray[np.intp]
 
-CELLS = 1  # of a map of the path, from one sample to the next
+CELLS = 2  # of a map of the path, from one sample to the next
 MAP_SIZE = 1000  # of the map, at most [cells]
 
 
@@ -47,6 +47,7 @@ def find_territory(points: Array, index: Index, lateral: Array, offset: Array,
                             & (points <= around.max(axis=0) + 2 * reach)).all(axis=1))
     nearest, distance = find_nearest(points[close], around, lateral, offset)
     along = np.abs(close[nearest] - index[:, None]) * spacing
+    distance = np.minimum(distance, np.abs(offset).astype(np.float32))  # its own point is near
     # The foot of a place on its own pass is near in arc length, even within a bend.
     foreign: Flags = (along > np.pi * np.abs(offset) + 4 * spacing) & (
         distance < np.abs(offset) - spacing)
