@@ -21,6 +21,7 @@ Index = NDArray[np.intp]
 
 STEP = 0.5  # between samples of a section [pixels]
 COARSE = 4  # what varies slowly across is looked at in every so manieth sample
+TYPICAL = 1000  # points of a path tell what is typical of it
 KNOT = 8  # and projected to the image in every so manieth
 ASKED = 16  # sections within a window that tell what is steady there
 LARGEST_SIDE = 30000  # of an image made by OpenCV [pixels]
@@ -93,7 +94,7 @@ def lay_sections(capture: Capture, points: Array, index: Index, T_base_camera: A
                  bed: Plane, config: ThicknessConfig) -> Sections:
     """Lines across the path (P, 3) at points of an index (N,), following the bending surface."""
     T_camera_base = invert(T_base_camera)
-    tangent = smoothed_tangents(points, config.cross_section.tangent_length)[index]
+    tangent = smoothed_tangents(points, index, config.cross_section.tangent_length)
     lateral = _unit(np.cross(bed.normal, tangent))
     spacing = typical_spacing(points)
     pixel = pixel_size(capture, points, T_base_camera)
@@ -126,7 +127,8 @@ def lay_sections(capture: Capture, points: Array, index: Index, T_base_camera: A
 
 def pixel_size(capture: Capture, points: Array, T_base_camera: Array) -> float:
     """Length of a pixel's side about where the path (N, 3) is [m]."""
-    distance = float(np.median(transform(invert(T_base_camera), points)[:, 2]))
+    some = points[::1 + len(points) // TYPICAL]
+    distance = float(np.median(transform(invert(T_base_camera), some)[:, 2]))
     return distance / capture.camera.focal_length
 
 
@@ -146,31 +148,32 @@ def sample_image(image: NDArray[np.uint8], uv: Floats) -> Floats:
                   cv2.BORDER_REPLICATE)
 
 
-def smoothed_tangents(points: Array, length: float) -> Array:
-    """Unit tangents (N, 3) over about ``length`` [m] of the path (N, 3) around each point."""
+def smoothed_tangents(points: Array, index: Index, length: float) -> Array:
+    """Unit tangents (N, 3) over a ``length`` [m] of the path (P, 3) around points (N,) of it."""
     spacing = typical_spacing(points)
     reach = int(np.clip(round(length / 2 / spacing), 1, max((len(points) - 1) // 2, 1)))
     last = len(points) - 1
-    index = np.arange(len(points))
     # As far back as ahead, so that a bend does not turn the tangent.
     near = np.minimum(reach, np.minimum(index, last - index))
     step = points[index + near] - points[index - near]
     if len(points) >= 3:  # at the ends a parabola takes the place of the missing side
-        step[0] = 4 * points[reach] - 3 * points[0] - points[min(2 * reach, last)]
-        step[-1] = 3 * points[-1] - 4 * points[last - reach] + points[max(last - 2 * reach, 0)]
+        step[index == 0] = 4 * points[reach] - 3 * points[0] - points[min(2 * reach, last)]
+        step[index == last] = (3 * points[-1] - 4 * points[last - reach]
+                               + points[max(last - 2 * reach, 0)])
     else:
         step[:] = points[-1] - points[0]
     # Where the path turns back on itself, or stands, the direction next to that counts.
     moving = np.flatnonzero(np.linalg.norm(step, axis=1) > 0)
     if len(moving):
-        after = np.minimum(np.searchsorted(moving, index), len(moving) - 1)
+        after = np.minimum(np.searchsorted(moving, np.arange(len(index))), len(moving) - 1)
         step = step[moving[after]]
     return _unit(step)
 
 
 def typical_spacing(points: Array) -> float:
     """Distance between neighbours of a path (N, 3) [m]; never quite nothing."""
-    return max(float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1))), 1e-6)
+    start = np.arange(0, len(points) - 1, 1 + len(points) // TYPICAL)
+    return max(float(np.median(np.linalg.norm(points[start + 1] - points[start], axis=1))), 1e-6)
 
 
 def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:

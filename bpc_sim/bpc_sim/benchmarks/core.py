@@ -16,7 +16,6 @@ from bpc_perception.core.geometry import Array
 from bpc_perception.core.incremental import PrintMemory
 from bpc_perception.core.measurement import measure
 from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.profile import ThicknessProfile
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +32,7 @@ from bpc_sim.truth import SPEED, STAMP_NS, StressScene
 
 Row = dict[str, object]
 
+DEFAULT, PAPER = ThicknessConfig(), ThicknessConfig(method='paper')
 PIXEL = 1e-4  # [m]
 WIDTH = 2e-3  # of the bead [m]
 IMAGING = Imaging(blur=1.0, noise=2.0, lamp_gradient=0.12)
@@ -98,8 +98,8 @@ def compare(drawn: Print, count: int, rounds: int) -> list[Row]:
     capture, T_base_camera, path = drawn.capture, drawn.T_base_camera, drawn.path(
         drawn.deposit.curve.uniform(count))
     runs: dict[str, Callable[[], Array]] = {
-        'default': partial(by, 'cross_section', capture, path, T_base_camera),
-        'paper': partial(by, 'paper', capture, path, T_base_camera),
+        'default': partial(by, DEFAULT, capture, path, T_base_camera),
+        'paper': partial(by, PAPER, capture, path, T_base_camera),
         'path-normal': partial(path_normal, capture, path, T_base_camera)}
     if count * capture.camera.width * capture.camera.height <= PLAIN:
         runs['transcription'] = partial(transcribed, capture, path, T_base_camera)
@@ -123,8 +123,7 @@ def grow(lengths: tuple[float, ...], rounds: int) -> list[Row]:
             drawn = long_print(s[-1], points)
             path = drawn.path(s)
             if points == count:
-                measure(drawn.capture, path, drawn.T_base_camera, ThicknessConfig(),
-                        memory=memory)
+                measure(drawn.capture, path, drawn.T_base_camera, DEFAULT, memory=memory)
         name = f'capture after {length:g} m'
         runs[name], counts[name] = partial(again, drawn, path, memory), len(path)
         errors[name] = verified('default', drawn.error(s, runs[name]()))
@@ -149,18 +148,17 @@ def verified(method: str, error: float) -> float:
     return error
 
 
-def by(method: str, capture: Capture, path: DepositionPath, T_base_camera: Array) -> Array:
+def by(config: ThicknessConfig, capture: Capture, path: DepositionPath,
+       T_base_camera: Array) -> Array:
     """Thickness (N,) by one of the product's methods, nothing remembered."""
-    return measure(capture, path, T_base_camera, ThicknessConfig(method=method)).thickness
+    return measure(capture, path, T_base_camera, config).thickness
 
 
 def again(drawn: Print, path: DepositionPath, memory: PrintMemory) -> Array:
     """Thickness (N,) when the print as it was before is remembered."""
     copy = PrintMemory()
     copy.last = memory.last
-    profile: ThicknessProfile = measure(drawn.capture, path, drawn.T_base_camera,
-                                        ThicknessConfig(), memory=copy)
-    return profile.thickness
+    return measure(drawn.capture, path, drawn.T_base_camera, DEFAULT, memory=copy).thickness
 
 
 def path_normal(capture: Capture, path: DepositionPath, T_base_camera: Array) -> Array:
