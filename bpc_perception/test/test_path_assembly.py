@@ -357,6 +357,35 @@ def test_a_print_starts_with_the_stamp_of_the_first_extrusion() -> None:
     assert path.extruding[path.time < 0.49].all()
 
 
+@pytest.mark.parametrize('smoothing_time', [0, 0.1])
+@pytest.mark.parametrize('lag', [-0.3, 0.02, 0.3])
+def test_a_print_is_the_same_whichever_topic_is_ahead(lag: float, smoothing_time: float) -> None:
+    # Poses and states come on two topics; a busy recorder may hear of one before the other.
+    config = PathConfig(smoothing_time=smoothing_time)
+    times = np.arange(0, 3, 0.01)
+    states = [state(t, t > 0.99) for t in np.arange(0, 3, 0.02)]
+
+    def run(lag: float) -> DepositionPath:
+        tracker = PrintTracker(config)
+        events: list[tuple[float, int, Any]] = [
+            (time + lag, 0, (ns(time), tip))
+            for time, tip in zip(times, along_x(times), strict=True)]
+        events += [((sample.stamp_ns - START_NS) / SECOND, 1, sample) for sample in states]
+        for _, kind, content in sorted(events, key=lambda event: event[:2]):
+            if kind:
+                tracker.add_extruder(content)
+            else:
+                tracker.add_pose(*content)
+        path = tracker.path()
+        assert path is not None
+        return path
+
+    in_step, apart = run(0.0), run(lag)
+    assert in_step.time[0] == 0
+    assert len(in_step) > 80
+    assert numbers(apart) == numbers(in_step)
+
+
 def test_without_auto_nothing_starts_by_itself() -> None:
     config = PathConfig(auto=False)
     assert tracker_fed(config, np.arange(0, 1, 0.01), [state(0.5)]).path() is None

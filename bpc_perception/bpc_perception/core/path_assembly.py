@@ -219,7 +219,8 @@ class PrintTracker:
         self._poses.append((stamp_ns, tip))
         while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
             self._poses.popleft()
-        if self._print:
+        # A state heard of early starts a print that poses still under way came before.
+        if self._print and stamp_ns >= self._print.start_ns:
             self._print.add_pose(stamp_ns, tip)
         return True
 
