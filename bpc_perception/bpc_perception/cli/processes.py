@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 import os
 from pathlib import Path
-import signal
 import subprocess
 import sys
 import tempfile
@@ -14,10 +13,14 @@ from typing import Any
 
 import yaml
 
+from bpc_perception.nodes.process import PARENT_VARIABLE
+
 END_PATIENCE = 2.0  # [s]
 # Read by Fast DDS under the one or the other name; a user's own file wins.
 TRANSPORT = str(Path(__file__).parents[1] / 'transport.xml')
 TRANSPORT_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+# The shared memory is taken at the start, by each process that is given the file.
+FRAME_PUBLISHERS = ('camera_driver', 'composed')
 
 
 class NodeError(ValueError):
@@ -46,7 +49,9 @@ class Nodes:
             arguments += ['-p', f'{key}:={yaml.safe_dump(value).splitlines()[0]}']
         handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
         self._log_files[name] = Path(log)
-        environment = dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT) | dict(os.environ)
+        environment = os.environ | {PARENT_VARIABLE: str(os.getpid())}
+        if name in FRAME_PUBLISHERS:
+            environment = dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT) | environment
         # A session of its own: Ctrl-C reaches us alone, and we end the nodes in order.
         self._processes[name] = subprocess.Popen(
             [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
@@ -73,7 +78,7 @@ class Nodes:
                  trace: TracebackType | None) -> None:
         for process in self._processes.values():
             if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+                process.terminate()  # unlike SIGINT also silent while it still loads
         for process in reversed(self._processes.values()):
             try:
                 process.wait(END_PATIENCE)

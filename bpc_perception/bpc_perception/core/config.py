@@ -202,6 +202,17 @@ class PathConfig(Config):
 
 
 @dataclass(frozen=True)
+class ProcessConfig(Config):
+    """How much of the computer a node's process takes."""
+
+    threads: Annotated[int, Parameter(
+        'Threads that OpenCV may use', '', 1, 64, read_only=True)] = 1
+    niceness: Annotated[int, Parameter(
+        'Above 0 gives way to other processes; below 0 needs the right to', '', -20, 19,
+        read_only=True)] = 0
+
+
+@dataclass(frozen=True)
 class RecorderConfig(Config):
     """All of the path recorder."""
 
@@ -215,6 +226,7 @@ class RecorderConfig(Config):
     output_folder: Annotated[str, Parameter(
         'Folder into which prints are saved', read_only=True)] = '.'
     path: PathConfig = field(default_factory=PathConfig)
+    process: ProcessConfig = field(default_factory=ProcessConfig)
 
 
 @dataclass(frozen=True)
@@ -242,6 +254,7 @@ class ThicknessConfig(Config):
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
+    process: ProcessConfig = field(default_factory=ProcessConfig)
 
 
 @dataclass(frozen=True)
@@ -270,3 +283,4 @@ class CameraConfig(Config):
         choices=('bag', 'synthetic'), read_only=True)] = 'bag'
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
+    process: ProcessConfig = field(default_factory=ProcessConfig)

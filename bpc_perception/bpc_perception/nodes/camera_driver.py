@@ -14,6 +14,7 @@ from bpc_perception.drivers import CameraError, open_camera
 from bpc_perception.nodes.clock import steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
 POLL_PERIOD = 0.02  # how late a recorded capture may come [s]
@@ -25,6 +26,7 @@ class CameraDriverNode(Node):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('camera_driver', **kwargs)
         self._config = NodeConfig(self, CameraConfig())
+        be_a_good_neighbour(self._config.value.process, self.get_logger())
         self._camera = open_camera(self._config.value.back_end, self)
         self._diagnostics = Diagnostics(self)
         self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)
@@ -73,7 +75,7 @@ class CameraDriverNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(CameraDriverNode)
+    run(CameraDriverNode, carries_captures=True)
 
 
 if __name__ == '__main__':

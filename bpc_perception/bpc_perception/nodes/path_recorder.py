@@ -30,6 +30,7 @@ from bpc_perception.core.path_assembly import PrintTracker
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
 
@@ -40,6 +41,7 @@ class PathRecorderNode(Node):
         super().__init__('path_recorder', **kwargs)
         config = NodeConfig(self, RecorderConfig()).value
         self._config = config
+        be_a_good_neighbour(config.process, self.get_logger())
         self._tip = np.array(config.nozzle_offset)
         self._tracker = PrintTracker(config.path)
         self._diagnostics = Diagnostics(self)

@@ -11,6 +11,8 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
+from bpc_perception.nodes.process import end_with_parent, keep_memory
+
 REFUSED = 2  # exit status: what was asked for cannot be done as it was asked
 
 
@@ -27,8 +29,11 @@ class RosLogHandler(logging.Handler):
         getattr(self._logger, level)(record.getMessage())
 
 
-def run(make_node: Callable[[], Node]) -> None:
+def run(make_node: Callable[[], Node], carries_captures: bool = False) -> None:
     """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start."""
+    if carries_captures:
+        keep_memory()
+    end_with_parent()
     rclpy.init()
     try:
         _spin(make_node)

@@ -28,6 +28,7 @@ from bpc_perception.handeye import load_hand_eye
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
 
@@ -38,6 +39,7 @@ class ThicknessNode(Node):
         super().__init__('thickness', **kwargs)
         self._config = NodeConfig(self, ThicknessConfig(), self._reconfigure)
         config = self._config.value
+        be_a_good_neighbour(config.process, self.get_logger())
         self._session = Session(config, load_hand_eye(config.hand_eye_file))
         self._pairer = CapturePairer()
         self._diagnostics = Diagnostics(self)
@@ -107,7 +109,7 @@ class ThicknessNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(ThicknessNode)
+    run(ThicknessNode, carries_captures=True)
 
 
 if __name__ == '__main__':
