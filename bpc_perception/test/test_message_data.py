@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 pytest.importorskip('rclpy')
-from bpc_perception import message_data
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2
+
+from bpc_perception import message_data
 
 pytestmark = pytest.mark.ros
 VALUES = np.arange(24, dtype=np.float32).reshape(2, 3, 4)
@@ -40,7 +41,7 @@ def test_what_arrives_are_the_bytes_of_the_array(way: object, monkeypatch: pytes
 
 
 def test_where_sharing_gives_other_bytes_they_are_copied(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(message_data, '_shared', lambda message, data: None)
+    monkeypatch.setattr(message_data, '_shared', lambda *_: None)
     assert message_data._setter.__wrapped__() is message_data._copied
 
 
