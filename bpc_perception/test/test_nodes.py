@@ -5,10 +5,12 @@ from __future__ import annotations
 from array import array
 from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 import signal
 import subprocess
 import sys
+from threading import Event
 from typing import Any
 
 from bpc_perception.core.config import ConfigError, parameters_of, ThicknessConfig
@@ -29,6 +31,7 @@ import pytest
 pytest.importorskip('rclpy')
 from bpc_perception.bag import Bag, BagError, BagWriter
 from bpc_perception.conversions import (
+    capture_from_messages,
     capture_to_messages,
     ns_to_stamp,
     path_from_message,
@@ -37,6 +40,7 @@ from bpc_perception.conversions import (
     pose_to_message,
     stamp_to_ns,
 )
+from bpc_perception.drivers.bag import BagCamera
 from bpc_perception.handeye import HandEyeError
 from bpc_perception.nodes.camera_driver import CameraDriverNode
 from bpc_perception.nodes.path_recorder import PathRecorderNode
@@ -319,6 +323,21 @@ def test_a_capture_waits_for_the_path(graph: Any, tmp_path: Path) -> None:
     assert_profile_comes(bench, STAMP)
 
 
+def test_the_newest_of_captures_is_measured_and_the_others_are_counted(graph: Any,
+                                                                       tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, PATH)
+    bench.until(lambda: bench.node._session._path)
+    turns = [bench.node.hand_over(capture_of(band_image(), STAMP + number * SECOND))
+             for number in range(3)]
+    assert not turns[0].is_set()
+    assert_profile_comes(bench, STAMP + 2 * SECOND)
+    assert all(turn.is_set() for turn in turns)
+    bench.until(lambda: bench.diagnosed('captures skipped for newer ones') == '2')
+    assert bench.diagnosed('captures') == '3'
+    assert bench.statuses[-1].level == DiagnosticStatus.OK
+
+
 def test_in_hand_poses_place_the_camera(graph: Any, tmp_path: Path) -> None:
     bench = thickness(graph, tmp_path, mount='eye_in_hand')
     bench.send(topics.PATH, PATH)
@@ -558,6 +577,49 @@ def test_a_capture_can_be_asked_for(graph: Any, tmp_path: Path) -> None:
     assert answer.message.startswith('capture: expected a recorded capture')
     bench.until(lambda: bench.diagnosed('refused: capture') == '1')
     assert bench.diagnosed('captures') == '2'
+
+
+def test_a_capture_is_handed_over_before_it_is_published(graph: Any, tmp_path: Path) -> None:
+    order: list[str] = []
+
+    class Turn(Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            order.append('waited' if timeout else 'went on')
+            return True
+
+    def hand_over(capture: Any) -> Event:
+        order.append(f'handed over {(capture.stamp_ns - START_NS) // SECOND}')
+        return Turn()
+
+    bag = recording(tmp_path, 2)
+    bench = Bench(graph, partial(CameraDriverNode, hand_over), back_end='bag', bag=bag, rate=0.0)
+    bench.until(lambda: len(order) == 4)  # though nobody listens
+    assert order == ['handed over 0', 'went on', 'handed over 1', 'went on']
+    order.clear()
+    images = bench.listen(topics.IMAGE, topics.CAMERA[topics.IMAGE], topics.CAMERA_QOS)
+    bench.node._camera = BagCamera(Bag(bag))
+    bench.until(lambda: len(images) == 2)
+    assert order == ['handed over 0', 'waited', 'handed over 1', 'waited']
+
+
+def test_a_region_of_captures_keeps_its_place(graph: Any, tmp_path: Path) -> None:
+    region = [21, 40, 110, 33]
+    bench = Bench(graph, CameraDriverNode, back_end='bag', bag=recording(tmp_path, 2),
+                  region=region)
+    for name in topics.CAMERA:
+        bench.listen(name, topics.CAMERA[name], topics.CAMERA_QOS)
+    bench.until(lambda: all(len(bench.received[name]) == 2 for name in topics.CAMERA))
+    whole = capture_of(band_image(), START_NS)
+    part = capture_from_messages(*(bench.received[name][0] for name in topics.CAMERA))
+    assert part.image.tolist() == whole.image[40:73, 21:131].tolist()
+    np.testing.assert_array_equal(part.cloud, whole.cloud[40:73, 21:131])
+    # A point is seen at the pixel at which it lies in the cloud.
+    np.testing.assert_allclose(part.camera.pixels(part.cloud[12, 34].astype(float)), (34, 12),
+                               atol=1e-3)
+    bench.node.set_parameters([Parameter('region', value=[100, 0, 61, 10])])
+    bench.node._camera = BagCamera(Bag(recording(tmp_path / 'again', 1)))
+    bench.until(lambda: bench.diagnosed('refused: region') == '1')
+    assert bench.diagnosed('last refusal').endswith('found 61 x 10 at (100, 0)')
 
 
 def test_an_unknown_back_end_is_refused(graph: Any) -> None:

@@ -17,16 +17,16 @@ from .ros_graph import listening, own_domain, PATIENCE
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 
-RATE = 3  # of real time: 300 poses a second
+RATE = 6  # of real time: 600 poses a second
 CAPTURES = 3  # in the short bag
 
 
-@pytest.fixture(scope='module')
-def replayed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture(scope='module', params=[(), ('--separate',)], ids=['composed', 'separate'])
+def replayed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What a replay of the sample bag leaves behind."""
     out = tmp_path_factory.mktemp('replay') / 'out'
     with own_domain():
-        succeed('replay', SAMPLE, '--rate', RATE, '--out', out)
+        succeed('replay', SAMPLE, '--rate', RATE, '--out', out, *request.param)
     return out
 
 

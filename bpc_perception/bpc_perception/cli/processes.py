@@ -58,6 +58,15 @@ class Nodes:
             stdout=handle, stderr=handle, start_new_session=True, env=environment)
         os.close(handle)
 
+    def start_measuring(self, camera: Mapping[str, Any], thickness: Mapping[str, Any],
+                        separate: bool) -> None:
+        """Start camera driver and thickness node: in one process, or in one each."""
+        if separate:
+            self.start('bpc_perception.nodes.thickness', **thickness)
+            self.start('bpc_perception.nodes.camera_driver', **camera)
+        else:
+            self.start('bpc_perception.nodes.composed', **camera, **thickness)
+
     def check(self, *may_end: str) -> None:
         """Raise NodeError if a node has ended, unless it is one that may and went well."""
         for name, process in self._processes.items():

@@ -283,4 +283,7 @@ class CameraConfig(Config):
         choices=('bag', 'synthetic'), read_only=True)] = 'bag'
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
+    region: Annotated[tuple[int, int, int, int], Parameter(
+        'The part of a capture that is delivered: x, y, width, height; width or height 0 = all',
+        'pixels', 0, 100000)] = (0, 0, 0, 0)
     process: ProcessConfig = field(default_factory=ProcessConfig)

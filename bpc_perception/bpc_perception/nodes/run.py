@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import logging
 import sys
+from threading import Thread
+import traceback
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -29,8 +31,11 @@ class RosLogHandler(logging.Handler):
         getattr(self._logger, level)(record.getMessage())
 
 
-def run(make_node: Callable[[], Node], carries_captures: bool = False) -> None:
-    """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start."""
+def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool = False) -> None:
+    """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start.
+
+    Of several nodes each has a thread of its own, so that none waits for another's callbacks.
+    """
     if carries_captures:
         keep_memory()
     end_with_parent()
@@ -46,17 +51,45 @@ def run(make_node: Callable[[], Node], carries_captures: bool = False) -> None:
         rclpy.try_shutdown()
 
 
-def _spin(make_node: Callable[[], Node]) -> None:
+def _spin(make_node: Callable[[], Node | Sequence[Node]]) -> None:
     try:
-        node = make_node()
+        made = make_node()
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)
         sys.exit(REFUSED)
-    logging.getLogger('bpc_perception').addHandler(RosLogHandler(node))
+    nodes = [made] if isinstance(made, Node) else list(made)
+    logging.getLogger('bpc_perception').addHandler(RosLogHandler(nodes[0]))
+    failures: list[Exception] = []
+    aside = [Thread(target=_spin_aside, args=(node, failures)) for node in nodes[1:]]
+    for thread in aside:
+        thread.start()
+    try:
+        _spin_one(nodes[0])
+    finally:
+        rclpy.try_shutdown()  # for those aside as well
+        for thread in aside:
+            thread.join()
+        for node in nodes:
+            node.destroy_node()
+        if failures:
+            traceback.print_exception(failures[0])
+            sys.exit(1)
+
+
+def _spin_one(node: Node) -> None:
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    executor.spin()
+
+
+def _spin_aside(node: Node, failures: list[Exception]) -> None:
+    """Spin in a thread; all end when this one does."""
     try:
-        executor.spin()
+        _spin_one(node)
+    except ExternalShutdownException:
+        pass
+    except Exception as error:
+        failures.append(error)
     finally:
-        node.destroy_node()
+        rclpy.try_shutdown()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
+from threading import Event
 import time
 from typing import Any
 
@@ -22,6 +24,7 @@ from bpc_perception.conversions import (
     profile_to_message,
     stamp_to_ns,
 )
+from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.session import Session
 from bpc_perception.handeye import load_hand_eye
@@ -33,25 +36,33 @@ from bpc_perception.nodes.run import run
 
 
 class ThicknessNode(Node):
-    """Measures each complete capture along the path; see the README for its interface."""
+    """Measures each complete capture along the path; see the README for its interface.
 
-    def __init__(self, **kwargs: Any) -> None:
+    Without ``camera_topics`` captures are handed over by a camera in the same process.
+    """
+
+    def __init__(self, camera_topics: bool = True, **kwargs: Any) -> None:
         super().__init__('thickness', **kwargs)
         self._config = NodeConfig(self, ThicknessConfig(), self._reconfigure)
         config = self._config.value
         be_a_good_neighbour(config.process, self.get_logger())
-        self._session = Session(config, load_hand_eye(config.hand_eye_file))
+        hand_eye = load_hand_eye(config.hand_eye_file)
+        self._session = Session(config, hand_eye)
         self._pairer = CapturePairer()
+        self._handed_over: deque[tuple[Capture, int, Event]] = deque()
         self._diagnostics = Diagnostics(self)
         self._frame = config.base_frame
         self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
         self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
-        for name, kind in topics.CAMERA.items():
+        for name, kind in topics.CAMERA.items() if camera_topics else ():
             self.create_subscription(kind, name, partial(self._on_camera, name), topics.CAMERA_QOS)
-        self.create_subscription(
-            PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        if not hand_eye.on_base:
+            self.create_subscription(
+                PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
+                qos_overriding_options=QoSOverridingOptions.with_default_policies())
         self.create_subscription(DepositionPath, topics.PATH, self._on_path, topics.PATH_QOS)
+        # Measured is after all messages that wait have been taken, since the newest wins.
+        self._news = self.create_guard_condition(self._publish_results)
         self.create_timer(0.1, self._check_waiting, clock=steady_clock())
         self._jump = on_jump_back(self, self._clear)
 
@@ -62,9 +73,14 @@ class ThicknessNode(Node):
             self._diagnostics.refuse(error)
             return
         if capture is not None:
-            self._diagnostics.count('captures')
-            self._session.add_capture(capture, time.monotonic_ns())
-            self._publish_results()
+            self.hand_over(capture)
+
+    def hand_over(self, capture: Capture) -> Event:
+        """Take a capture, from any thread; the event is set when it had its turn."""
+        turn = Event()
+        self._handed_over.append((capture, time.monotonic_ns(), turn))
+        self._news.trigger()
+        return turn
 
     def _on_pose(self, message: PoseStamped) -> None:
         try:
@@ -82,9 +98,21 @@ class ThicknessNode(Node):
         except ConversionError as error:
             self._diagnostics.refuse(error)
             return
-        self._publish_results()
+        self._news.trigger()
 
     def _publish_results(self) -> None:
+        turns = []
+        while self._handed_over:
+            capture, received_ns, turn = self._handed_over.popleft()
+            self._diagnostics.count('captures')
+            self._session.add_capture(capture, received_ns)
+            turns.append(turn)
+        self._diagnostics.count('captures skipped for newer ones', self._session.skip_overtaken())
+        self._measure()
+        for turn in turns:
+            turn.set()
+
+    def _measure(self) -> None:
         for result in self._session.results(time.monotonic_ns()):
             if result.profile is None or result.advice is None:
                 self._diagnostics.refuse(result.refusal)
@@ -103,6 +131,7 @@ class ThicknessNode(Node):
         self._session.config = config
 
     def _clear(self) -> None:
+        self._handed_over.clear()
         self._session.clear()
         self._pairer.clear()
 
