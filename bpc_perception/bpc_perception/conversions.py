@@ -42,6 +42,7 @@ from bpc_perception.message_data import set_data
 # Where red, green and blue lie in a pixel, and how many bytes it has.
 IMAGE_ENCODINGS = {'rgba8': (slice(0, 3), 4), 'rgb8': (slice(0, 3), 3),
                    'bgr8': (slice(2, None, -1), 3), 'bgra8': (slice(2, None, -1), 4)}
+NAV_POSES = 2000  # at most in a path to look at
 DISTORTION_MODELS = {'': (0,), 'plumb_bob': (0, 4, 5), 'rational_polynomial': (8,)}
 
 
@@ -229,9 +230,14 @@ def path_from_message(message: DepositionPathMsg) -> DepositionPath:
 
 
 def path_to_nav(path: DepositionPath, frame_id: str) -> Path:
-    """A path for RViz and Foxglove: positions, each with its time; orientation is not known."""
+    """A path for RViz and Foxglove: positions, each with its time; orientation is not known.
+
+    Of a long path only every n-th point, and the last: a pose is a slow thing in Python.
+    """
+    shown = np.arange(len(path) - 1, -1, -(len(path) // NAV_POSES + 1))[::-1]
     poses = []
-    for time, (x, y, z) in zip(path.time.tolist(), path.points.tolist(), strict=True):
+    for time, (x, y, z) in zip(path.time[shown].tolist(), path.points[shown].tolist(),
+                               strict=True):
         stamp = ns_to_stamp(path.start_ns + round(time * 1e9))
         poses.append(PoseStamped(header=Header(stamp=stamp, frame_id=frame_id),
                                  pose=Pose(position=Point(x=x, y=y, z=z))))

@@ -17,6 +17,7 @@ CAMERA: dict[str, Any] = {IMAGE: Image, CAMERA_INFO: CameraInfo, CLOUD: PointClo
 POSE, EXTRUSION = 'end_effector_pose', 'extrusion_state'
 PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
+PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
 PROFILE, ADVICE = 'thickness_profile', 'rate_advice'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
                            ADVICE: RateAdvice, '/diagnostics': DiagnosticArray}
@@ -29,6 +30,7 @@ EXTRUSION_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 # The whole path is in each message, so a late subscriber needs the last one only.
 PATH_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
+PATH_UPDATE_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 RESULT_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 

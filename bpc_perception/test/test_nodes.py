@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 import signal
@@ -15,6 +16,7 @@ from typing import Any
 
 from bpc_perception.core.config import ConfigError, parameters_of, ThicknessConfig
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.growing_path import GrowingPath
 import numpy as np
 from perception_builders import (
     band_image,
@@ -53,7 +55,12 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from bpc_interfaces.msg import ExtrusionState, RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import (
+    DepositionPathUpdate,
+    ExtrusionState,
+    RateAdvice,
+    ThicknessProfile,
+)
 from bpc_perception import topics
 
 pytestmark = pytest.mark.ros
@@ -180,6 +187,19 @@ def test_a_late_subscriber_still_gets_the_path(graph: Any) -> None:
         topics.RESULTS[topics.PATH], topics.PATH, late.append, topics.PATH_QOS)
     bench.until(lambda: late)
     assert late[-1] == known
+
+
+def test_updates_make_up_the_path(graph: Any) -> None:
+    bench = recorder(graph)
+    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.PATH_UPDATE_QOS)
+    whole = path_from_message(print_line(bench)[-1])
+    growing = GrowingPath(whole.print_id, whole.start_ns)
+    bench.until(lambda: updates[-1].path.complete_until == whole.complete_until)
+    assert updates[0].first == 0
+    assert max(len(update.path.x) for update in updates) < len(whole)
+    assert all(growing.extend(update.first, path_from_message(update.path))
+               for update in updates)
+    np.testing.assert_array_equal(growing.path().points, whole.points)
 
 
 def test_viewers_get_the_path_too(graph: Any) -> None:
@@ -336,6 +356,21 @@ def test_the_newest_of_captures_is_measured_and_the_others_are_counted(graph: An
     bench.until(lambda: bench.diagnosed('captures skipped for newer ones') == '2')
     assert bench.diagnosed('captures') == '3'
     assert bench.statuses[-1].level == DiagnosticStatus.OK
+
+
+def test_a_path_in_parts_is_as_good(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    path = path_from_message(PATH)
+    half = path.until(STAMP - 9 * SECOND - SECOND // 2)
+    rest = path.where(np.arange(len(path)) >= len(half))
+    assert len(half) > 10 < len(rest)
+    bench.send_capture(STAMP)
+    for first, part in ((0, replace(half, complete_until=0.5, finished=False)),
+                        (len(half), rest)):
+        bench.send(topics.PATH_UPDATE, DepositionPathUpdate(
+            first=first, path=path_to_message(part, BASE)), kind=DepositionPathUpdate,
+            qos=topics.PATH_UPDATE_QOS)
+    assert len(assert_profile_comes(bench, STAMP).x) == len(path)
 
 
 def test_in_hand_poses_place_the_camera(graph: Any, tmp_path: Path) -> None:

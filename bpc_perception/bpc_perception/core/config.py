@@ -221,8 +221,8 @@ class RecorderConfig(Config):
     nozzle_offset: Annotated[tuple[float, float, float], Parameter(
         'Nozzle tip in the flange frame: x, y, z', 'm', -2, 2, read_only=True)] = (0.0, 0.0, 0.0)
     publish_rate: Annotated[float, Parameter(
-        'How often the path is published while it grows', 'Hz', 0.1, 100,
-        read_only=True)] = 10.0
+        'How often what is new of the path is published while it grows', 'Hz', 0.1, 100,
+        read_only=True)] = 50.0
     output_folder: Annotated[str, Parameter(
         'Folder into which prints are saved', read_only=True)] = '.'
     path: PathConfig = field(default_factory=PathConfig)

@@ -15,6 +15,11 @@ from rclpy.node import Node
 
 from bpc_perception.nodes.process import end_with_parent, keep_memory
 
+try:
+    from rclpy.experimental import EventsExecutor
+except ImportError:  # before rclpy 7.1.4
+    EventsExecutor = None  # type: ignore[assignment]
+
 REFUSED = 2  # exit status: what was asked for cannot be done as it was asked
 
 
@@ -31,17 +36,23 @@ class RosLogHandler(logging.Handler):
         getattr(self._logger, level)(record.getMessage())
 
 
-def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool = False) -> None:
+def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool = False,
+        fast_streams: bool = False) -> None:
     """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start.
 
     Of several nodes each has a thread of its own, so that none waits for another's callbacks.
+
+    Args:
+        make_node: makes the node or nodes.
+        carries_captures: messages of 40 MB come or go.
+        fast_streams: hundreds of messages come a second; half the work where rclpy can do it.
     """
     if carries_captures:
         keep_memory()
     end_with_parent()
     rclpy.init()
     try:
-        _spin(make_node)
+        _spin(make_node, fast_streams)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except Exception:  # half-made nodes raise all sorts of things when told to end while starting
@@ -51,7 +62,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
         rclpy.try_shutdown()
 
 
-def _spin(make_node: Callable[[], Node | Sequence[Node]]) -> None:
+def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) -> None:
     try:
         made = make_node()
     except (ValueError, OSError, ParameterException) as error:
@@ -64,7 +75,7 @@ def _spin(make_node: Callable[[], Node | Sequence[Node]]) -> None:
     for thread in aside:
         thread.start()
     try:
-        _spin_one(nodes[0])
+        _spin_one(nodes[0], fast_streams)
     finally:
         rclpy.try_shutdown()  # for those aside as well
         for thread in aside:
@@ -76,11 +87,14 @@ def _spin(make_node: Callable[[], Node | Sequence[Node]]) -> None:
             sys.exit(1)
 
 
-def _spin_one(node: Node) -> None:
+def _spin_one(node: Node, fast: bool = False) -> None:
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
-    executor = SingleThreadedExecutor()
+    kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
+    executor = kind()
     executor.add_node(node)
-    executor.spin()
+    # Not spin(): that of the events executor never sleeps.
+    while rclpy.ok():
+        executor.spin_once(timeout_sec=0.1)
 
 
 def _spin_aside(node: Node, failures: list[Exception]) -> None:

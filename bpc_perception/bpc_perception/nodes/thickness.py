@@ -12,25 +12,26 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception import topics
 from bpc_perception.capture_pairing import CapturePairer
 from bpc_perception.conversions import (
     advice_to_message,
     check_frame,
     ConversionError,
-    path_from_message,
     pose_to_matrix,
     profile_to_message,
     stamp_to_ns,
 )
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.session import Session
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.path_follower import PathFollower
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
@@ -60,7 +61,7 @@ class ThicknessNode(Node):
             self.create_subscription(
                 PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
                 qos_overriding_options=QoSOverridingOptions.with_default_policies())
-        self.create_subscription(DepositionPath, topics.PATH, self._on_path, topics.PATH_QOS)
+        self._path = PathFollower(self, self._frame, self._on_path, self._diagnostics.refuse)
         # Measured is after all messages that wait have been taken, since the newest wins.
         self._news = self.create_guard_condition(self._publish_results)
         self.create_timer(0.1, self._check_waiting, clock=steady_clock())
@@ -91,13 +92,8 @@ class ThicknessNode(Node):
             return
         self._session.add_flange_pose(stamp_to_ns(message.header.stamp), pose)
 
-    def _on_path(self, message: DepositionPath) -> None:
-        try:
-            check_frame('deposition_path', message, self._frame)
-            self._session.set_path(path_from_message(message))
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-            return
+    def _on_path(self, path: DepositionPath) -> None:
+        self._session.set_path(path)
         self._news.trigger()
 
     def _publish_results(self) -> None:
@@ -132,6 +128,7 @@ class ThicknessNode(Node):
 
     def _clear(self) -> None:
         self._handed_over.clear()
+        self._path.clear()
         self._session.clear()
         self._pairer.clear()
 
