@@ -76,6 +76,10 @@ class Nodes:
                 raise NodeError(f'{name}: expected it to run, found it ended with status '
                                 f'{status}: {words[-1] if words else "no output"}')
 
+    def pid(self, name: str) -> int:
+        """The process id of this node."""
+        return self._processes[name].pid
+
     def ended(self, name: str) -> bool:
         """Whether this node has ended."""
         return self._processes[name].poll() is not None

@@ -54,9 +54,12 @@ class CameraDriverNode(Node):
         now_ns, rate = self._now_ns(), self._config.value.rate
         if now_ns < self._last_ns:  # the clock went back
             self._last_ns = now_ns
-        periodic = rate > 0 and now_ns - self._last_ns >= 1e9 / rate
-        if periodic or self._camera.due(now_ns):
-            self._last_ns = now_ns
+        period_ns = round(1e9 / rate) if rate > 0 else 0
+        if period_ns and now_ns - self._last_ns >= period_ns:
+            # In step, however late this is, unless that is by more than a period.
+            self._last_ns = max(self._last_ns + period_ns, now_ns - period_ns)
+            self._capture(now_ns)
+        elif self._camera.due(now_ns):
             self._capture(now_ns)
 
     def _capture(self, now_ns: int) -> str:

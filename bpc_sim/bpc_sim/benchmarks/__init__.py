@@ -1,0 +1,1 @@
+"""Benchmarks: each verifies that results agree, then times; see ``./bpc bench``."""
