@@ -24,6 +24,8 @@ RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: Thickn
 
 # Reliable as the vendor's camera node publishes; shallow, since a message may be 37 MB.
 CAMERA_QOS = QoSProfile(depth=2, reliability=ReliabilityPolicy.RELIABLE)
+# Small, so that those who are too slow for all captures know of each.
+CAMERA_INFO_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 # Sensor data, but deep enough for what a 1000 Hz robot sends while a busy machine has no time.
 POSE_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.BEST_EFFORT)
 EXTRUSION_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)

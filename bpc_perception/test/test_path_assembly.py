@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from bpc_perception.core import path_assembly
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.path import DepositionPath
@@ -331,6 +332,20 @@ def test_until_gives_what_was_passed_by_then() -> None:
 def test_a_path_covers_what_is_complete(finished: bool, time: float, covered: bool) -> None:
     path = path_through(along_x(np.linspace(0, 1, 11)), finished=finished)
     assert path.covers(ns(time)) == covered
+
+
+def test_states_do_not_pile_up_where_no_poses_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(path_assembly, 'MAXIMUM_STATES', 100)
+    made = PathAssembler('print', START_NS, RAW)
+    for sample in states_until(100):
+        made.add_extruder(sample)
+        made.path()
+        assert len(made._states) == len(made._state_times) <= 100
+    times = np.arange(99, 99.9, 0.01)
+    for time, tip in zip(times, along_x(times), strict=True):
+        made.add_pose(ns(time), tip)
+    assert made.path().extruding.all()
+    assert len(made.path()) > 30
 
 
 # Starting and stopping

@@ -35,7 +35,7 @@ def live(
     configure(RecorderConfig(), 'path_recorder', parameters)
     if camera is not None:
         CameraConfig(back_end=camera)
-    with monitoring() as monitor, Nodes(parameters) as nodes:
+    with monitoring(keep=1) as monitor, Nodes(parameters) as nodes:
         nodes.start('bpc_perception.nodes.path_recorder')
         if camera is None:
             nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))

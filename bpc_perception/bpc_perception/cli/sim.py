@@ -51,7 +51,7 @@ def sim(
         calibration, settings = Path(folder, 'hand_eye.calib'), Path(folder, 'params.yaml')
         calibration.write_text(yaml.safe_dump(hand_eye(job)))
         settings.write_text(yaml.safe_dump(parameters(job, target * 1e-3)))
-        with monitoring() as monitor, Nodes(settings) as nodes:
+        with monitoring(keep=1) as monitor, Nodes(settings) as nodes:
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': scenario, 'speed': config.speed, 'start_time_ns': start_ns}

@@ -20,6 +20,8 @@ from bpc_perception.core.geometry import Array
 from bpc_perception.core.growing_path import GrowingPath
 from bpc_perception.core.path import DepositionPath
 
+MAXIMUM_STATES = 100_000  # of the extruder that wait for poses
+
 
 @dataclass(frozen=True)
 class ExtruderSample:
@@ -74,6 +76,8 @@ class PathAssembler:
             self._advance()
         self._states.append(sample)
         self._state_times.append(time)
+        if len(self._states) > MAXIMUM_STATES:  # no poses come that would use them up
+            del self._states[:MAXIMUM_STATES // 2], self._state_times[:MAXIMUM_STATES // 2]
 
     def stop(self, stamp_ns: int) -> None:
         """Let the path end at this time, or where it is complete if that is later."""

@@ -35,6 +35,8 @@ from bpc_perception.nodes.path_follower import PathFollower
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
+SKIPPED = 'captures skipped for newer ones'
+
 
 class ThicknessNode(Node):
     """Measures each complete capture along the path; see the README for its interface.
@@ -56,7 +58,8 @@ class ThicknessNode(Node):
         self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
         self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
         for name, kind in topics.CAMERA.items() if camera_topics else ():
-            self.create_subscription(kind, name, partial(self._on_camera, name), topics.CAMERA_QOS)
+            qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
+            self.create_subscription(kind, name, partial(self._on_camera, name), qos)
         if not hand_eye.on_base:
             self.create_subscription(
                 PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
@@ -74,6 +77,7 @@ class ThicknessNode(Node):
             self._diagnostics.refuse(error)
             return
         if capture is not None:
+            self._diagnostics.count(SKIPPED, self._pairer.overtaken(capture.stamp_ns))
             self.hand_over(capture)
 
     def hand_over(self, capture: Capture) -> Event:
@@ -103,7 +107,7 @@ class ThicknessNode(Node):
             self._diagnostics.count('captures')
             self._session.add_capture(capture, received_ns)
             turns.append(turn)
-        self._diagnostics.count('captures skipped for newer ones', self._session.skip_overtaken())
+        self._diagnostics.count(SKIPPED, self._session.skip_overtaken())
         self._measure()
         for turn in turns:
             turn.set()

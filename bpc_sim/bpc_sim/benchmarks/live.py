@@ -16,6 +16,7 @@ from bpc_perception.conversions import capture_from_messages, capture_to_message
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.measurement import measure
 from bpc_perception.core.path import DepositionPath
+from bpc_perception.nodes.thickness import SKIPPED
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
@@ -26,7 +27,6 @@ from bpc_sim.sample import CAMERA_LATENCY_NS
 
 CAPTURE_RATE, POSE_RATE = 5.0, 500.0  # [Hz]
 SMALL_RATE = 30.0  # of captures of 304 x 228 pixels, for memory [Hz]
-SKIPPED = 'captures skipped for newer ones'  # in the diagnostics
 WARM_UP = 4.0  # of the print, before what is timed [s]
 # Of SimConfig.
 SMALL: dict[str, Any] = {'scenario': 'archimedean', 'finished': True, 'pose_rate': POSE_RATE}

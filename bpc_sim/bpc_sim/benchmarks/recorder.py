@@ -44,7 +44,8 @@ def run(seconds: float) -> list[dict[str, object]]:
             'benchmark': 'recorder', 'pose_rate_hz': POSE_RATE, 'seconds': seconds,
             'capture_rate_hz': CAPTURE_RATE, 'poses_sent': counted, 'poses_received': received,
             'lost': counted - received, 'refused': printer.refusals('path_recorder'),
-            'core_share': used / seconds, 'captures_measured': printer.count('thickness', 'profiles'),
+            'core_share': used / seconds,
+            'captures_measured': printer.count('thickness', 'profiles'),
             'path_points': len(paths[-1].x), 'memory_end_mb': memory_mb(pid)}]
 
 
