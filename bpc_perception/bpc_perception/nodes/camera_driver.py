@@ -37,7 +37,8 @@ class CameraDriverNode(Node):
         super().__init__('camera_driver', **kwargs)
         self._hand_over = hand_over
         self._config = NodeConfig(self, CameraConfig())
-        be_a_good_neighbour(self._config.value.process, self.get_logger())
+        if hand_over is None:  # or else the other node of this process has a say in that
+            be_a_good_neighbour(self._config.value.process, self.get_logger())
         self._camera = open_camera(self._config.value.back_end, self)
         self._diagnostics = Diagnostics(self)
         self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)
