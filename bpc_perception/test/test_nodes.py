@@ -702,6 +702,31 @@ def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, number: signal.Si
     assert 'Traceback' not in errors
 
 
+TWO_NODES = """
+from bpc_perception.nodes.run import run
+from rclpy.node import Node
+
+class Failing(Node):
+    def __init__(self):
+        super().__init__('failing')
+        self.create_timer(0.1, self.fail)
+
+    def fail(self):
+        raise RuntimeError('the second node has failed')
+
+run(lambda: (Node('good'), Failing()))
+"""
+
+
+def test_of_two_nodes_in_a_process_neither_goes_on_without_the_other(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    ended = subprocess.run([sys.executable, '-c', TWO_NODES], capture_output=True, text=True,
+                           timeout=60, check=False)
+    assert ended.returncode == 1
+    assert 'RuntimeError: the second node has failed' in ended.stderr
+
+
 def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> None:
     from bpc_perception.handeye import load_hand_eye
 

@@ -104,6 +104,7 @@ def _spin_aside(node: Node, failures: list[Exception]) -> None:
     except ExternalShutdownException:
         pass
     except Exception as error:
-        failures.append(error)
+        if rclpy.ok():  # or else it was told to end in the middle of something
+            failures.append(error)
     finally:
         rclpy.try_shutdown()
