@@ -41,6 +41,7 @@ setup(
             'bag_player = bpc_perception.nodes.bag_player:main',
             'bag_recorder = bpc_perception.nodes.bag_recorder:main',
             'camera_driver = bpc_perception.nodes.camera_driver:main',
+            'composed = bpc_perception.nodes.composed:main',
             'path_recorder = bpc_perception.nodes.path_recorder:main',
             'thickness = bpc_perception.nodes.thickness:main',
         ],

@@ -9,6 +9,7 @@ from array import array
 from typing import Any
 
 from builtin_interfaces.msg import Time
+import cv2
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from nav_msgs.msg import Path
 import numpy as np
@@ -36,10 +37,12 @@ from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.path_assembly import ExtruderSample
 from bpc_perception.core.poses import pose_matrix
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.message_data import set_data
 
 # Where red, green and blue lie in a pixel, and how many bytes it has.
-IMAGE_ENCODINGS = {'rgba8': ((0, 1, 2), 4), 'rgb8': ((0, 1, 2), 3),
-                   'bgr8': ((2, 1, 0), 3), 'bgra8': ((2, 1, 0), 4)}
+IMAGE_ENCODINGS = {'rgba8': (slice(0, 3), 4), 'rgb8': (slice(0, 3), 3),
+                   'bgr8': (slice(2, None, -1), 3), 'bgra8': (slice(2, None, -1), 4)}
+NAV_POSES = 2000  # at most in a path to look at
 DISTORTION_MODELS = {'': (0,), 'plumb_bob': (0, 4, 5), 'rational_polynomial': (8,)}
 
 
@@ -65,7 +68,7 @@ def check_frame(name: str, message: Any, frame_id: str) -> None:
 
 
 def image_to_rgb(message: Image) -> NDArray[np.uint8]:
-    """The image as RGB (H, W, 3), uint8."""
+    """The image as a view RGB (H, W, 3), uint8."""
     if message.encoding not in IMAGE_ENCODINGS:
         raise ConversionError(f'image: expected encoding {", ".join(IMAGE_ENCODINGS)}, '
                               f'found "{message.encoding}"')
@@ -74,7 +77,7 @@ def image_to_rgb(message: Image) -> NDArray[np.uint8]:
     pixels: NDArray[np.uint8] = np.ndarray(
         (message.height, message.width, size), np.uint8, message.data,
         strides=(message.step, size, 1))
-    return np.ascontiguousarray(pixels[..., channels])
+    return pixels[..., channels]
 
 
 def cloud_to_xyz(message: PointCloud2) -> NDArray[np.float32]:
@@ -149,27 +152,29 @@ def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud
     """
     header = Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id)
     height, width = capture.image.shape[:2]
-    rgba = np.full((height, width, 4), 255, np.uint8)
-    rgba[..., :3] = capture.image
+    pixels = np.ascontiguousarray(capture.image)
     points = np.empty((height, width, 4), np.float32)
-    points[..., :3] = capture.cloud
     # The bytes of the uint32 field "rgba" are blue, green, red, alpha.
-    points[..., 3] = np.ascontiguousarray(rgba[..., (2, 1, 0, 3)]).view(np.float32)[..., 0]
+    colours = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGRA).view(np.float32)
+    cv2.mixChannels([np.ascontiguousarray(capture.cloud), colours], [points],
+                    [0, 0, 1, 1, 2, 2, 3, 3])
     K, camera = capture.camera.K, capture.camera
     P = np.column_stack((K, np.zeros(3)))
     model = 'rational_polynomial' if len(camera.distortion) == 8 else 'plumb_bob'
-    return (
-        Image(header=header, height=height, width=width, encoding='rgba8', step=4 * width,
-              data=array('B', rgba.tobytes())),
-        CameraInfo(header=header, height=height, width=width, distortion_model=model,
-                   d=camera.distortion.tolist(), k=K.ravel(), r=np.eye(3).ravel(), p=P.ravel()),
-        PointCloud2(
-            header=header, height=height, width=width, point_step=16, row_step=16 * width,
-            fields=[PointField(name=name, offset=4 * index, count=1, datatype=kind)
-                    for index, (name, kind) in enumerate((
-                        ('x', PointField.FLOAT32), ('y', PointField.FLOAT32),
-                        ('z', PointField.FLOAT32), ('rgba', PointField.UINT32)))],
-            is_dense=False, data=array('B', points.tobytes())))
+    image = Image(header=header, height=height, width=width, encoding='rgba8', step=4 * width)
+    set_data(image, cv2.cvtColor(pixels, cv2.COLOR_RGB2RGBA))
+    info = CameraInfo(header=header, height=height, width=width, distortion_model=model,
+                      d=camera.distortion.tolist(), k=K.ravel(), r=np.eye(3).ravel(),
+                      p=P.ravel())
+    cloud = PointCloud2(
+        header=header, height=height, width=width, point_step=16, row_step=16 * width,
+        fields=[PointField(name=name, offset=4 * index, count=1, datatype=kind)
+                for index, (name, kind) in enumerate((
+                    ('x', PointField.FLOAT32), ('y', PointField.FLOAT32),
+                    ('z', PointField.FLOAT32), ('rgba', PointField.UINT32)))],
+        is_dense=False)
+    set_data(cloud, points)
+    return image, info, cloud
 
 
 def pose_to_matrix(message: Pose) -> Array:
@@ -225,9 +230,14 @@ def path_from_message(message: DepositionPathMsg) -> DepositionPath:
 
 
 def path_to_nav(path: DepositionPath, frame_id: str) -> Path:
-    """A path for RViz and Foxglove: positions, each with its time; orientation is not known."""
+    """A path for RViz and Foxglove: positions, each with its time; orientation is not known.
+
+    Of a long path only every n-th point, and the last: a pose is a slow thing in Python.
+    """
+    shown = np.arange(len(path) - 1, -1, -(len(path) // NAV_POSES + 1))[::-1]
     poses = []
-    for time, (x, y, z) in zip(path.time.tolist(), path.points.tolist(), strict=True):
+    for time, (x, y, z) in zip(path.time[shown].tolist(), path.points[shown].tolist(),
+                               strict=True):
         stamp = ns_to_stamp(path.start_ns + round(time * 1e9))
         poses.append(PoseStamped(header=Header(stamp=stamp, frame_id=frame_id),
                                  pose=Pose(position=Point(x=x, y=y, z=z))))

@@ -37,12 +37,15 @@ def nodes(context: LaunchContext) -> list[Node]:
     remappings = [(topic, given[argument]) for argument, topic in TOPICS.items()
                   if given[argument] != topic]
     common = {'namespace': given['namespace'], 'remappings': remappings, 'output': 'screen'}
-    started = [
-        Node(package='bpc_perception', executable='path_recorder', name='path_recorder',
-             parameters=parameters, **common),
-        Node(package='bpc_perception', executable='thickness', name='thickness',
-             parameters=[*parameters, {'hand_eye_file': given['hand_eye_file']}], **common),
-    ]
+    started = [Node(package='bpc_perception', executable='path_recorder', name='path_recorder',
+                    parameters=parameters, **common)]
+    parameters = [*parameters, {'hand_eye_file': given['hand_eye_file']}]
+    if given['camera'] == 'driver':  # two nodes, which have their own names
+        started.append(Node(package='bpc_perception', executable='composed',
+                            parameters=parameters, additional_env=TRANSPORT, **common))
+    else:
+        started.append(Node(package='bpc_perception', executable='thickness', name='thickness',
+                            parameters=parameters, **common))
     if given['camera'] == 'vendor':
         started.append(Node(
             package='zivid_camera', executable='zivid_camera', name='zivid_camera',
@@ -64,8 +67,9 @@ def generate_launch_description() -> LaunchDescription:
             'use_sim_time', default_value='false', choices=('true', 'false'),
             description='Whether time comes from /clock.'),
         DeclareLaunchArgument(
-            'camera', default_value='none', choices=('none', 'vendor'),
-            description='vendor = start zivid_camera; none = the camera publishes already.'),
+            'camera', default_value='none', choices=('none', 'vendor', 'driver'),
+            description='none = the camera publishes already; vendor = start zivid_camera; '
+                        'driver = our camera driver, in the process of the thickness node.'),
         DeclareLaunchArgument(
             'camera_settings_file', default_value='',
             description='With camera:=vendor: its capture settings (.yml).'),

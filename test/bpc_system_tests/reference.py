@@ -36,7 +36,7 @@ TABLES: dict[str, type[Config]] = {
 }
 FILES: dict[str, type[Config]] = {
     node: TABLES[node] for node in ('camera_driver', 'path_recorder', 'thickness')}
-TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string', tuple: 'double array'}
+TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
 HEADER = ('| parameter | type | unit | default | range | meaning |', '|---|---|---|---|---|---|')
 
 
@@ -45,7 +45,9 @@ def table(config: Config) -> str:
     rows = []
     for name, parameter, value in flatten(config):
         mark = '' if parameter.read_only else ' ⟳'
-        rows.append(f'| `{name}`{mark} | {TYPES[type(value)]} | {parameter.unit} | '
+        kind = (f'{TYPES[type(value[0])]} array' if isinstance(value, tuple)
+                else TYPES[type(value)])
+        rows.append(f'| `{name}`{mark} | {kind} | {parameter.unit} | '
                     f'`{in_yaml(value)}` | {limits(parameter)} | {parameter.description} |')
     return '\n'.join((*HEADER, *rows)) + '\n'
 

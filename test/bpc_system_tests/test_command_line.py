@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 import shutil
+import signal
+import subprocess
 
 from bpc_perception.bag import Bag
 import pytest
 
-from .command_line import OUTPUTS, refusal, run, SAMPLE, succeed
+from .command_line import command, OUTPUTS, PATIENCE, refusal, run, SAMPLE, succeed
 
 pytestmark = pytest.mark.system
 
@@ -23,11 +25,26 @@ def test_help_names_every_command() -> None:
     assert succeed() == text
 
 
-@pytest.mark.parametrize('command', COMMANDS)
-def test_every_command_explains_itself(command: str) -> None:
-    text = succeed(command, '--help')
-    assert text.startswith(f'Usage: bpc {command} ')
+@pytest.mark.parametrize('name', COMMANDS)
+def test_every_command_explains_itself(name: str) -> None:
+    text = succeed(name, '--help')
+    assert text.startswith(f'Usage: bpc {name} ')
     assert '--help' in text
+
+
+def test_interrupted_while_it_loads_it_just_ends() -> None:
+    python, *rest = command('--help')
+    # Python tells what it has loaded on stderr.
+    with subprocess.Popen([python, '-X', 'importtime', *rest], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.split('|')[-1].strip() == 'typer':
+                break
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    assert 'Traceback' not in said
 
 
 @pytest.fixture

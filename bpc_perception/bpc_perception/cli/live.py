@@ -10,7 +10,7 @@ import typer
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.processes import Nodes
-from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.config import CameraConfig, RecorderConfig, ThicknessConfig
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.parameter_files import configure
 
@@ -22,17 +22,26 @@ def live(
         '--handeye', metavar='FILE', help='Hand-eye calibration (easy_handeye2 .calib).')],
     parameters: Annotated[Path | None, typer.Option(
         '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
+    camera: Annotated[str | None, typer.Option(
+        '--camera', metavar='BACK_END', help='Take captures with this back end of the camera '
+        'driver, in the thickness node\'s process; unless given, the camera publishes.')] = None,
 ) -> None:
     """Measure a running print until Ctrl-C.
 
-    Camera, robot and extruder publish by themselves.
+    Robot and extruder publish by themselves.
     """
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
     configure(RecorderConfig(), 'path_recorder', parameters)
-    with monitoring() as monitor, Nodes(parameters) as nodes:
+    if camera is not None:
+        CameraConfig(back_end=camera)
+    with monitoring(keep=1) as monitor, Nodes(parameters) as nodes:
         nodes.start('bpc_perception.nodes.path_recorder')
-        nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
+        if camera is None:
+            nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
+        else:
+            nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye),
+                        back_end=camera)
         print('Waiting for captures; Ctrl-C ends.')
 
         def ended() -> bool:

@@ -15,3 +15,5 @@ ParametersOption = Annotated[Path | None, typer.Option(
     help='ROS parameter file for the nodes; params.yaml in the bag unless given.')]
 OutOption = Annotated[Path, typer.Option(
     '--out', metavar='DIR', help='Folder for profile.csv, summary.json and report.html.')]
+SeparateOption = Annotated[bool, typer.Option(
+    '--separate', help='Camera driver and thickness node as two processes, over topics.')]

@@ -11,6 +11,7 @@ import typer
 import yaml
 
 from bpc_perception.cli.monitor import monitoring
+from bpc_perception.cli.options import SeparateOption
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import AdviceConfig, CameraConfig
 
@@ -26,6 +27,7 @@ def sim(
     target: Annotated[float, typer.Option(help='Thickness wanted [mm].')] = 2.0,
     record: Annotated[Path | None, typer.Option(
         metavar='BAG', help='Only write the print to a new bag, without a graph.')] = None,
+    separate: SeparateOption = False,
 ) -> None:
     """Print on the synthetic printer, measured live (open loop)."""
     # The simulator is a package of its own, needed by this command only.
@@ -49,16 +51,15 @@ def sim(
         calibration, settings = Path(folder, 'hand_eye.calib'), Path(folder, 'params.yaml')
         calibration.write_text(yaml.safe_dump(hand_eye(job)))
         settings.write_text(yaml.safe_dump(parameters(job, target * 1e-3)))
-        with monitoring() as monitor, Nodes(settings) as nodes:
+        with monitoring(keep=1) as monitor, Nodes(settings) as nodes:
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': scenario, 'speed': config.speed, 'start_time_ns': start_ns}
             nodes.start('bpc_perception.nodes.path_recorder')
-            nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(calibration))
+            nodes.start_measuring({'back_end': 'synthetic', 'rate': rate, **common},
+                                  {'hand_eye_file': str(calibration)}, separate)
             nodes.start('bpc_sim.nodes.robot', **common)
             nodes.start('bpc_sim.nodes.extruder', **common)
-            nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=rate,
-                        **common)
             print(f'{job.length * 1e3:.0f} mm at {speed:g} mm/s: '
                   f'{job.duration + START_DELAY:.0f} s; Ctrl-C ends.')
             end_ns = start_ns + round(job.duration * 1e9)

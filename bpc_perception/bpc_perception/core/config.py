@@ -202,6 +202,17 @@ class PathConfig(Config):
 
 
 @dataclass(frozen=True)
+class ProcessConfig(Config):
+    """How much of the computer a node's process takes."""
+
+    threads: Annotated[int, Parameter(
+        'Threads that OpenCV may use', '', 1, 64, read_only=True)] = 1
+    niceness: Annotated[int, Parameter(
+        'Above 0 gives way to other processes; below 0 needs the right to', '', -20, 19,
+        read_only=True)] = 0
+
+
+@dataclass(frozen=True)
 class RecorderConfig(Config):
     """All of the path recorder."""
 
@@ -210,11 +221,12 @@ class RecorderConfig(Config):
     nozzle_offset: Annotated[tuple[float, float, float], Parameter(
         'Nozzle tip in the flange frame: x, y, z', 'm', -2, 2, read_only=True)] = (0.0, 0.0, 0.0)
     publish_rate: Annotated[float, Parameter(
-        'How often the path is published while it grows', 'Hz', 0.1, 100,
-        read_only=True)] = 10.0
+        'How often what is new of the path is published while it grows', 'Hz', 0.1, 100,
+        read_only=True)] = 50.0
     output_folder: Annotated[str, Parameter(
         'Folder into which prints are saved', read_only=True)] = '.'
     path: PathConfig = field(default_factory=PathConfig)
+    process: ProcessConfig = field(default_factory=ProcessConfig)
 
 
 @dataclass(frozen=True)
@@ -245,6 +257,7 @@ class ThicknessConfig(Config):
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
+    process: ProcessConfig = field(default_factory=ProcessConfig)
 
 
 @dataclass(frozen=True)
@@ -273,3 +286,7 @@ class CameraConfig(Config):
         choices=('bag', 'synthetic'), read_only=True)] = 'bag'
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
+    region: Annotated[tuple[int, int, int, int], Parameter(
+        'The part of a capture that is delivered: x, y, width, height; width or height 0 = all',
+        'pixels', 0, 100000)] = (0, 0, 0, 0)
+    process: ProcessConfig = field(default_factory=ProcessConfig)

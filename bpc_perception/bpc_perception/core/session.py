@@ -54,6 +54,8 @@ class Session:
     Live and offline runs both go through here, so that they give the same numbers.
     """
 
+    DEPTH = 4  # captures that may wait live for the path; each may be 46 MB
+
     def __init__(self, config: ThicknessConfig, hand_eye: HandEye) -> None:
         self.config = config
         self._hand_eye = hand_eye
@@ -79,6 +81,18 @@ class Session:
     def waiting(self) -> int:
         """Number of captures not measured yet."""
         return len(self._waiting)
+
+    def skip_overtaken(self) -> int:
+        """Forget captures that are no longer worth measuring live; how many.
+
+        Those for which a newer one can be measured by now, and the oldest of too many.
+        """
+        waiting = list(self._waiting)
+        ready = [index for index, (capture, _) in enumerate(waiting) if self._ready(capture)]
+        overtaken = {*ready[:-1], *range(len(waiting) - self.DEPTH)}
+        self._waiting = deque(entry for index, entry in enumerate(waiting)
+                              if index not in overtaken)
+        return len(overtaken)
 
     def clear(self) -> None:
         """Forget everything received, as when the clock jumps back."""

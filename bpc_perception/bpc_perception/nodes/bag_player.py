@@ -74,13 +74,14 @@ class BagPlayerNode(Node):
             self._rewind()
 
     def _settled(self) -> bool:
-        """Whether robot, extruder and camera have their listeners, and no more are coming."""
-        counts = [publisher.get_subscription_count()
+        """Whether robot and extruder have listeners, a camera is there, and no more are coming."""
+        needed = [publisher.get_subscription_count()
                   for publisher in self._publishers_of.values()]
-        for name in topics.CAMERA:
-            counts += self.count_publishers(name), self.count_subscribers(name)
+        needed += [self.count_publishers(name) for name in topics.CAMERA]
+        # Captures may be handed over in the camera's process instead.
+        counts = needed + [self.count_subscribers(name) for name in topics.CAMERA]
         now = time.monotonic()
-        if counts != self._audience or not all(counts):
+        if counts != self._audience or not all(needed):
             self._audience, self._settling_since = counts, now
         return now - self._settling_since > SETTLED
 

@@ -48,7 +48,7 @@ class BagRecorderNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(BagRecorderNode)
+    run(BagRecorderNode, carries_captures=True, fast_streams=True)
 
 
 if __name__ == '__main__':

@@ -27,9 +27,10 @@ class Diagnostics:
         self._timer = node.create_timer(1.0, self.publish, clock=Clock(
             clock_type=ClockType.STEADY_TIME))
 
-    def count(self, event: str) -> None:
+    def count(self, event: str, times: int = 1) -> None:
         """Count something that went as it should."""
-        self._counts[event] += 1
+        if times:
+            self._counts[event] += times
 
     def refuse(self, reason: object) -> None:
         """Count input that cannot be used; the words before the first colon are its kind."""

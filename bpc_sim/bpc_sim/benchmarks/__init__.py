@@ -1,1 +1,1 @@
-"""Speed, verified to be that of right results before it is timed."""
+"""Speed; each benchmark verifies that results are right before it times them."""
