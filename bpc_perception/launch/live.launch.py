@@ -55,7 +55,7 @@ def generate_launch_description() -> LaunchDescription:
     """Arguments, then nodes."""
     return LaunchDescription([
         DeclareLaunchArgument(
-            'hand_eye_file', description='Hand-eye calibration (easy_handeye2 .calib).'),
+            'hand_eye_file', description='Hand-eye calibration.'),
         DeclareLaunchArgument(
             'params_file', default_value='', description='ROS parameter file; empty = defaults.'),
         DeclareLaunchArgument(

@@ -19,7 +19,7 @@ PATIENCE = 5.0  # until topics that are still silent are named [s]
 
 def live(
     hand_eye: Annotated[Path, typer.Option(
-        '--handeye', metavar='FILE', help='Hand-eye calibration (easy_handeye2 .calib).')],
+        '--handeye', metavar='FILE', help='Hand-eye calibration.')],
     parameters: Annotated[Path | None, typer.Option(
         '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
 ) -> None:

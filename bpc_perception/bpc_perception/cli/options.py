@@ -9,7 +9,7 @@ BagArgument = Annotated[Path, typer.Argument(
     metavar='BAG', help='Recording: a rosbag2 folder, or an .mcap or .db3 file.')]
 HandEyeOption = Annotated[Path | None, typer.Option(
     '--handeye', metavar='FILE',
-    help='Hand-eye calibration (easy_handeye2 .calib); hand_eye.calib in the bag unless given.')]
+    help='Hand-eye calibration; hand_eye.calib in the bag unless given.')]
 ParametersOption = Annotated[Path | None, typer.Option(
     '--params', metavar='FILE',
     help='ROS parameter file for the nodes; params.yaml in the bag unless given.')]

@@ -224,7 +224,7 @@ class ThicknessConfig(Config):
     base_frame: Annotated[str, Parameter(
         'Robot base frame, in which path and profile are given', read_only=True)] = BASE
     hand_eye_file: Annotated[str, Parameter(
-        'Hand-eye calibration, an easy_handeye2 .calib file', read_only=True)] = ''
+        'Hand-eye calibration file', read_only=True)] = ''
     method: Annotated[str, Parameter(
         'How thickness is measured: "paper" is the published method',
         choices=('cross_section', 'paper'))] = 'cross_section'
