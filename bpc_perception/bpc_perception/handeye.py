@@ -121,10 +121,10 @@ def _matrix(content: dict[str, Any]) -> HandEye:
         raise HandEyeError('expected Data with 4 x 4 finite numbers, found '
                            f'{" x ".join(map(str, T_parent_camera.shape))}')
     R = T_parent_camera[:3, :3]
-    error = float(np.abs(R @ R.T - np.eye(3)).max())
-    if error > RIGID or np.linalg.det(R) < 0:
+    excess = float(np.abs(R @ R.T - np.eye(3)).max())
+    if excess > RIGID or np.linalg.det(R) < 0:
         raise HandEyeError('expected a rotation in Data, found a matrix that '
-                           + (f'is none by {error:.2g}' if error > RIGID else 'mirrors'))
+                           + (f'is none by {excess:.2g}' if excess > RIGID else 'mirrors'))
     if not np.allclose(T_parent_camera[3], (0, 0, 0, 1)):
         raise HandEyeError(f'expected Data to end with 0 0 0 1, found {T_parent_camera[3]}')
     T_parent_camera[:3, :3] = Rotation.from_matrix(R).as_matrix()
