@@ -9,12 +9,12 @@ from array import array
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform
 from nav_msgs.msg import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import (
@@ -32,6 +32,7 @@ from bpc_interfaces.msg import (
 from bpc_perception.core.advice import RateAdvice, Reason
 from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.kinematics import flange_pose, order_joints
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.path_assembly import ExtruderSample
 from bpc_perception.core.poses import pose_matrix
@@ -179,6 +180,30 @@ def pose_to_matrix(message: Pose) -> Array:
         return pose_matrix(np.array((p.x, p.y, p.z)), np.array((q.x, q.y, q.z, q.w)))
     except ValueError as error:
         raise ConversionError(str(error)) from error
+
+
+def joints_to_matrix(message: JointState, robot: str) -> Array:
+    """T_base_flange (4, 4) of a robot whose joints are among those of the message."""
+    try:
+        return flange_pose(robot, order_joints(message.name, message.position))
+    except ValueError as error:
+        raise ConversionError(f'joint_states: {error}') from error
+
+
+def lbr_state_to_matrix(message: Any, robot: str) -> tuple[int, Array]:
+    """Controller time [ns] and T_base_flange (4, 4) of an lbr_fri_idl/LBRState."""
+    try:
+        pose = flange_pose(robot, np.array(message.measured_joint_position, np.float64))
+    except ValueError as error:
+        raise ConversionError(f'lbr_state: {error}') from error
+    return int(message.time_stamp_sec) * 10**9 + int(message.time_stamp_nano_sec), pose
+
+
+def transform_to_matrix(message: Transform) -> Array:
+    """The 4x4 transform of a tf2 transform."""
+    t = message.translation
+    return pose_to_matrix(Pose(position=Point(x=t.x, y=t.y, z=t.z),
+                               orientation=message.rotation))
 
 
 def pose_to_message(stamp_ns: int, frame_id: str, T_frame_body: Array) -> PoseStamped:

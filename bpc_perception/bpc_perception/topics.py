@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState, RateAdvice, ThicknessProfile
 
@@ -16,6 +16,9 @@ IMAGE, CAMERA_INFO, CLOUD = 'color/image_color', 'color/camera_info', 'points/xy
 CAMERA: dict[str, Any] = {IMAGE: Image, CAMERA_INFO: CameraInfo, CLOUD: PointCloud2}
 POSE, EXTRUSION = 'end_effector_pose', 'extrusion_state'
 PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
+# Other sources of the flange's pose, each in place of POSE.
+JOINTS, LBR_STATE = 'joint_states', 'lbr_state'
+ROBOT: dict[str, Any] = {POSE: PoseStamped, JOINTS: JointState}
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PROFILE, ADVICE = 'thickness_profile', 'rate_advice'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,

@@ -11,7 +11,9 @@ from dataclasses import dataclass, field, fields, is_dataclass
 import math
 from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar
 
-BASE = 'lbr_link_0'
+from bpc_perception.core.kinematics import LINKS
+
+BASE, FLANGE = 'lbr_link_0', 'lbr_link_ee'
 ConfigType = TypeVar('ConfigType', bound='Config')
 
 
@@ -202,6 +204,27 @@ class PathConfig(Config):
 
 
 @dataclass(frozen=True)
+class PoseConfig(Config):
+    """Where the poses of the flange come from."""
+
+    source: Annotated[str, Parameter(
+        'What tells the pose of the flange', choices=(
+            'pose_stamped', 'pose', 'joint_states', 'lbr_state', 'tf'),
+        read_only=True)] = 'pose_stamped'
+    robot: Annotated[str, Parameter(
+        'With joint_states and lbr_state: whose joints they are; none = not said',
+        choices=('none', *LINKS), read_only=True)] = 'none'
+    flange_frame: Annotated[str, Parameter(
+        'With tf: name of the flange', read_only=True)] = FLANGE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.robot == 'none' and self.source in ('joint_states', 'lbr_state'):
+            raise ConfigError(f'robot: expected one of {", ".join(LINKS)} with source '
+                              f'{self.source}, found none')
+
+
+@dataclass(frozen=True)
 class RecorderConfig(Config):
     """All of the path recorder."""
 
@@ -214,6 +237,7 @@ class RecorderConfig(Config):
         read_only=True)] = 10.0
     output_folder: Annotated[str, Parameter(
         'Folder into which prints are saved', read_only=True)] = '.'
+    pose: PoseConfig = field(default_factory=PoseConfig)
     path: PathConfig = field(default_factory=PathConfig)
 
 
@@ -242,6 +266,7 @@ class ThicknessConfig(Config):
     maximum_offset: Annotated[float, Parameter(
         'How far off the path the deposit may lie, per its width, before it is warned of', '',
         0.01, 10)] = 0.25
+    pose: PoseConfig = field(default_factory=PoseConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)

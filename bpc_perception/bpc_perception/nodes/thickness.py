@@ -6,9 +6,7 @@ from functools import partial
 import time
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
 from bpc_perception import topics
@@ -18,16 +16,16 @@ from bpc_perception.conversions import (
     check_frame,
     ConversionError,
     path_from_message,
-    pose_to_matrix,
     profile_to_message,
-    stamp_to_ns,
 )
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Array
 from bpc_perception.core.session import Session
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.run import run
 
 
@@ -46,9 +44,7 @@ class ThicknessNode(Node):
         self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
         for name, kind in topics.CAMERA.items():
             self.create_subscription(kind, name, partial(self._on_camera, name), topics.CAMERA_QOS)
-        self.create_subscription(
-            PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        subscribe_poses(self, config.pose, config.base_frame, self._diagnostics, self._on_pose)
         self.create_subscription(DepositionPath, topics.PATH, self._on_path, topics.PATH_QOS)
         self.create_timer(0.1, self._check_waiting, clock=steady_clock())
         self._jump = on_jump_back(self, self._clear)
@@ -64,14 +60,8 @@ class ThicknessNode(Node):
             self._session.add_capture(capture, time.monotonic_ns())
             self._publish_results()
 
-    def _on_pose(self, message: PoseStamped) -> None:
-        try:
-            check_frame('pose', message, self._frame)
-            pose = pose_to_matrix(message.pose)
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-            return
-        self._session.add_flange_pose(stamp_to_ns(message.header.stamp), pose)
+    def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        self._session.add_flange_pose(stamp_ns, T_base_flange)
 
     def _on_path(self, message: DepositionPath) -> None:
         try:
