@@ -39,7 +39,7 @@ class FlangePoses:
         self._controller = ClockOffset()
         # Messages of tf are followed by tf2 alone; a recording has the path instead.
         self.topic = {'joint_states': topics.JOINTS, 'lbr_state': topics.LBR_STATE,
-                      'tf': 'tf'}.get(config.source, topics.POSE)
+                      'tf': '/tf'}.get(config.source, topics.POSE)
         self.message_class: Any = {'pose': Pose, 'joint_states': JointState}.get(
             config.source, PoseStamped)
         if config.source == 'lbr_state':

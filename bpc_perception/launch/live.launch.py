@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from bpc_perception.parameter_files import live_recorder
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
@@ -20,6 +21,7 @@ TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
 # What the nodes subscribe to, by the launch argument that names another topic for it.
 TOPICS = {
     'pose_topic': 'end_effector_pose',
+    'joint_states_topic': 'joint_states',
     'extrusion_topic': 'extrusion_state',
     'image_topic': 'color/image_color',
     'camera_info_topic': 'color/camera_info',
@@ -32,6 +34,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     given = {name: LaunchConfiguration(name).perform(context) for name in (
         'params_file', 'hand_eye_file', 'namespace', 'use_sim_time', 'camera',
         'camera_settings_file', *TOPICS)}
+    live_recorder(given['params_file'] or None)  # refuses to start without a nozzle offset
     parameters = [given['params_file']] if given['params_file'] else []
     parameters.append({'use_sim_time': given['use_sim_time'] == 'true'})
     remappings = [(topic, given[argument]) for argument, topic in TOPICS.items()
@@ -57,7 +60,7 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'hand_eye_file', description='Hand-eye calibration.'),
         DeclareLaunchArgument(
-            'params_file', default_value='', description='ROS parameter file; empty = defaults.'),
+            'params_file', description='ROS parameter file; it has to say the nozzle_offset.'),
         DeclareLaunchArgument(
             'namespace', default_value='', description='Namespace of all nodes.'),
         DeclareLaunchArgument(

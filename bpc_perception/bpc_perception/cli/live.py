@@ -9,10 +9,12 @@ import typer
 
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
+from bpc_perception.cli.options import RemapOption, remappings
 from bpc_perception.cli.processes import Nodes
-from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.handeye import load_hand_eye
-from bpc_perception.parameter_files import configure
+from bpc_perception.parameter_files import configure, live_recorder
 
 PATIENCE = 5.0  # until topics that are still silent are named [s]
 
@@ -21,7 +23,9 @@ def live(
     hand_eye: Annotated[Path, typer.Option(
         '--handeye', metavar='FILE', help='Hand-eye calibration.')],
     parameters: Annotated[Path | None, typer.Option(
-        '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
+        '--params', metavar='FILE',
+        help='ROS parameter file for the nodes; it has to say the nozzle_offset.')] = None,
+    remap: RemapOption = None,
 ) -> None:
     """Measure a running print until Ctrl-C.
 
@@ -29,8 +33,10 @@ def live(
     """
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
-    configure(RecorderConfig(), 'path_recorder', parameters)
-    with monitoring() as monitor, Nodes(parameters) as nodes:
+    recorder = live_recorder(parameters)
+    others = remappings(remap)
+    pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
+    with monitoring() as monitor, Nodes(parameters, remappings=others) as nodes:
         nodes.start('bpc_perception.nodes.path_recorder')
         nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
         print('Waiting for captures; Ctrl-C ends.')
@@ -40,7 +46,8 @@ def live(
             return False
 
         monitor.spin_until(ended, PATIENCE)
-        for name in (*topics.CAMERA, *topics.PRINT):
-            if not monitor.publishers(name):
-                print(f'  {name}: nobody publishes it yet')
+        for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION):
+            topic = others.get(name, name)
+            if not monitor.publishers(topic):
+                print(f'  {topic}: nobody publishes it yet')
         monitor.spin_until(ended)

@@ -15,3 +15,17 @@ ParametersOption = Annotated[Path | None, typer.Option(
     help='ROS parameter file for the nodes; params.yaml in the bag unless given.')]
 OutOption = Annotated[Path, typer.Option(
     '--out', metavar='DIR', help='Folder for profile.csv, summary.json and report.html.')]
+RemapOption = Annotated[list[str] | None, typer.Option(
+    '--remap', metavar='TOPIC:=OTHER',
+    help='Listen to another topic, as joint_states:=/lbr/joint_states; may be repeated.')]
+
+
+def remappings(rules: list[str] | None) -> dict[str, str]:
+    """Topic to the other that is listened to in its place. Raises ValueError."""
+    found = {}
+    for rule in rules or []:
+        topic, colon, other = rule.partition(':=')
+        if not (topic and colon and other):
+            raise ValueError(f'--remap: expected TOPIC:=OTHER, found {rule!r}')
+        found[topic] = other
+    return found
