@@ -13,7 +13,8 @@ from .command_line import OUTPUTS, refusal, run, SAMPLE, succeed
 
 pytestmark = pytest.mark.system
 
-COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study')
+COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study',
+            'calibrate')
 SCENARIOS = ('spiral_gaps', 'line', 'ring', 'meander', 'archimedean', 'fermat')
 
 

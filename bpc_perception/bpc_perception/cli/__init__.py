@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from bpc_perception.cli import live, measure, record, replay, sim, study, testing
+from bpc_perception.cli import calibrate, live, measure, record, replay, sim, study, testing
 
 REFUSED = 2
 INTERRUPTED = 130
@@ -27,6 +27,7 @@ for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),
                       ('study', study.study)):
     app.command(name)(command)
+app.add_typer(calibrate.app, name='calibrate')
 
 
 class HeldWarnings(logging.Handler):
