@@ -31,6 +31,7 @@ from bpc_interfaces.msg import (
 )
 from bpc_perception.core.advice import RateAdvice, Reason
 from bpc_perception.core.capture import Capture, PinholeCamera
+from bpc_perception.core.extruder import PlungerMotion
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.kinematics import flange_pose, order_joints
 from bpc_perception.core.path import DepositionPath
@@ -219,6 +220,29 @@ def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
     """The part of the extruder's state that the path carries."""
     return ExtruderSample(stamp_to_ns(message.header.stamp), bool(message.extruding),
                           message.plunger_velocity, message.flow_rate)
+
+
+def extruder_to_message(stamp_ns: int, motion: PlungerMotion,
+                        error_status: int = 0) -> ExtrusionState:
+    """The extruder's state as a message."""
+    return ExtrusionState(
+        header=Header(stamp=ns_to_stamp(stamp_ns)), extruding=motion.extruding,
+        plunger_velocity=motion.velocity, plunger_position=motion.position,
+        flow_rate=motion.flow_rate, error_status=error_status,
+        position_uncertain=motion.position_uncertain)
+
+
+def joint_motion(message: JointState, joint: str) -> tuple[float, float]:
+    """Velocity [m/s] and position [m] of a prismatic joint; NaN = not told."""
+    if joint not in message.name:
+        raise ConversionError(f'{joint}: expected this joint, '
+                              f'found {", ".join(message.name) or "none"}')
+    index = list(message.name).index(joint)
+    velocity, position = (float(values[index]) if len(values) > index else float('nan')
+                          for values in (message.velocity, message.position))
+    if not np.isfinite(velocity):
+        raise ConversionError(f'{joint}: expected a velocity, found none')
+    return velocity, position
 
 
 def path_to_message(path: DepositionPath, frame_id: str) -> DepositionPathMsg:

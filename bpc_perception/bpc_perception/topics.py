@@ -19,6 +19,8 @@ PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
 # Other sources of the flange's pose, each in place of POSE.
 JOINTS, LBR_STATE = 'joint_states', 'lbr_state'
 ROBOT: dict[str, Any] = {POSE: PoseStamped, JOINTS: JointState}
+# What other extruders say of themselves.
+PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PROFILE, ADVICE = 'thickness_profile', 'rate_advice'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,

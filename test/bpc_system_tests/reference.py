@@ -14,6 +14,7 @@ from bpc_perception.core.config import (
     BagRecorderConfig,
     CameraConfig,
     Config,
+    ExtruderConfig,
     flatten,
     Parameter,
     PlayerConfig,
@@ -28,6 +29,7 @@ README = ROOT / 'README.md'
 CONFIG = ROOT / 'bpc_perception' / 'config'
 TABLES: dict[str, type[Config]] = {
     'camera_driver': CameraConfig,
+    'extruder_bridge': ExtruderConfig,
     'path_recorder': RecorderConfig,
     'thickness': ThicknessConfig,
     'bag_player': PlayerConfig,
@@ -35,7 +37,8 @@ TABLES: dict[str, type[Config]] = {
     'synthetic printer': SimConfig,
 }
 FILES: dict[str, type[Config]] = {
-    node: TABLES[node] for node in ('camera_driver', 'path_recorder', 'thickness')}
+    node: TABLES[node] for node in (
+        'camera_driver', 'extruder_bridge', 'path_recorder', 'thickness')}
 TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string', tuple: 'double array'}
 HEADER = ('| parameter | type | unit | default | range | meaning |', '|---|---|---|---|---|---|')
 

@@ -290,6 +290,49 @@ class BagRecorderConfig(Config):
 
 
 @dataclass(frozen=True)
+class PlungerConfig(Config):
+    """Geometry of syringe and drive."""
+
+    lead: Annotated[float, Parameter(
+        'Travel of the plunger per turn of the motor, gears included; 0 = not known', 'm', 0,
+        0.1, read_only=True)] = 0.0
+    steps_per_revolution: Annotated[int, Parameter(
+        'Full steps of the motor per turn', '', 1, 100000, read_only=True)] = 200
+    bore: Annotated[float, Parameter(
+        'Inner diameter of the syringe; 0 = not known', 'm', 0, 0.2, read_only=True)] = 0.0
+    reversed: Annotated[bool, Parameter(
+        'Whether ink is pushed out while positions fall', read_only=True)] = False
+    minimum_velocity: Annotated[float, Parameter(
+        'Velocity of the plunger from which ink is taken to be pushed out', 'm/s', 0, 0.1,
+        read_only=True)] = 1e-7
+
+
+@dataclass(frozen=True)
+class ExtruderConfig(Config):
+    """All of the extruder bridge."""
+
+    back_end: Annotated[str, Parameter(
+        'What tells the state of the extruder', choices=('serial', 'tic', 'joint_state', 'bool'),
+        read_only=True)] = 'serial'
+    port: Annotated[str, Parameter(
+        'With serial and tic: the serial line; "usb" = the Tic itself over USB',
+        read_only=True)] = '/dev/ttyACM0'
+    baud: Annotated[int, Parameter(
+        'With serial and tic: speed of the line', 'baud', 300, 4000000,
+        read_only=True)] = 115200
+    device_number: Annotated[int, Parameter(
+        'With tic: its device number', '', 0, 127, read_only=True)] = 14
+    rate: Annotated[float, Parameter(
+        'How often the device is read, and with bool the state repeated', 'Hz', 1, 200,
+        read_only=True)] = 50.0
+    timeout: Annotated[float, Parameter(
+        'Silence after which the device is opened anew', 's', 0.1, 60, read_only=True)] = 1.0
+    joint: Annotated[str, Parameter(
+        'With joint_state: name of the plunger', read_only=True)] = 'plunger'
+    plunger: PlungerConfig = field(default_factory=PlungerConfig)
+
+
+@dataclass(frozen=True)
 class CameraConfig(Config):
     """All of the camera driver but its back end's own."""
 
