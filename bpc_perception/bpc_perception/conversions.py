@@ -174,6 +174,15 @@ def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud
             is_dense=False, data=array('B', points.tobytes())))
 
 
+def snr_to_message(capture: Capture) -> Image:
+    """The signal-to-noise ratio of a capture that has one, as the vendor's node sends it."""
+    assert capture.snr is not None
+    height, width = capture.snr.shape
+    return Image(header=Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id),
+                 height=height, width=width, encoding='32FC1', step=4 * width,
+                 data=array('B', capture.snr.astype('<f4').tobytes()))
+
+
 def pose_to_matrix(message: Pose) -> Array:
     """The 4x4 transform of a pose."""
     p, q = message.position, message.orientation

@@ -14,6 +14,7 @@ from bpc_interfaces.msg import DepositionPath, ExtrusionState, RateAdvice, Thick
 
 IMAGE, CAMERA_INFO, CLOUD = 'color/image_color', 'color/camera_info', 'points/xyzrgba'
 CAMERA: dict[str, Any] = {IMAGE: Image, CAMERA_INFO: CameraInfo, CLOUD: PointCloud2}
+SNR = 'snr/image'  # optional, Image
 POSE, EXTRUSION = 'end_effector_pose', 'extrusion_state'
 PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
 # Other sources of the flange's pose, each in place of POSE.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from bpc_perception.core.capture import Capture
 from bpc_perception.nodes.parameters import NodeConfig
 from rclpy.node import Node
@@ -29,6 +31,10 @@ class SyntheticCamera:
         capture = self._job.capture(t, self._number, now_ns)
         self._number += 1
         return capture
+
+    def notes(self) -> Mapping[str, object]:
+        """Nothing."""
+        return {}
 
     def close(self) -> None:
         """Nothing is held."""

@@ -20,6 +20,7 @@ from bpc_perception.core.config import (
     PlayerConfig,
     RecorderConfig,
     ThicknessConfig,
+    ZividConfig,
 )
 from bpc_sim.config import SimConfig
 import yaml
@@ -29,6 +30,7 @@ README = ROOT / 'README.md'
 CONFIG = ROOT / 'bpc_perception' / 'config'
 TABLES: dict[str, type[Config]] = {
     'camera_driver': CameraConfig,
+    'zivid': ZividConfig,
     'extruder_bridge': ExtruderConfig,
     'path_recorder': RecorderConfig,
     'thickness': ThicknessConfig,

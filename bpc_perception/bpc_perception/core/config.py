@@ -337,7 +337,26 @@ class CameraConfig(Config):
     """All of the camera driver but its back end's own."""
 
     back_end: Annotated[str, Parameter(
-        'Where captures come from: a recording, or the simulated printer',
-        choices=('bag', 'synthetic'), read_only=True)] = 'bag'
+        'Where captures come from: a recording, the simulated printer, or a Zivid camera',
+        choices=('bag', 'synthetic', 'zivid'), read_only=True)] = 'bag'
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
+
+
+@dataclass(frozen=True)
+class ZividConfig(Config):
+    """The back end zivid of the camera driver."""
+
+    serial_number: Annotated[str, Parameter(
+        'Which camera; empty = the first that is found', read_only=True)] = ''
+    settings_file: Annotated[str, Parameter(
+        'Capture settings as Zivid Studio saves them (.yml), with those of the colour image',
+        read_only=True)] = ''
+    frame_id: Annotated[str, Parameter(
+        'Name of the optical frame', read_only=True)] = 'zivid_optical_frame'
+    color_space: Annotated[str, Parameter(
+        'Colours in proportion to the light, or brighter for people; widths are right in the first',
+        choices=('linear_rgb', 'srgb'), read_only=True)] = 'linear_rgb'
+    intrinsics: Annotated[str, Parameter(
+        'Whose intrinsics: of the camera, or estimated for each capture',
+        choices=('camera', 'frame'), read_only=True)] = 'camera'

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from rclpy.node import Node
+from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from bpc_perception import topics
-from bpc_perception.conversions import capture_to_messages
+from bpc_perception.conversions import capture_to_messages, snr_to_message
 from bpc_perception.core.config import CameraConfig
-from bpc_perception.drivers import CameraError, open_camera
+from bpc_perception.drivers import CameraError, open_camera, WARN
 from bpc_perception.nodes.clock import steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
@@ -29,6 +30,7 @@ class CameraDriverNode(Node):
         self._diagnostics = Diagnostics(self)
         self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)
                          for name, kind in topics.CAMERA.items()]
+        self._snr = self.create_publisher(Image, topics.SNR, topics.CAMERA_QOS)
         self._last_ns = self._now_ns()
         self.create_service(Trigger, 'capture', self._on_request)
         self.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
@@ -52,10 +54,21 @@ class CameraDriverNode(Node):
         except CameraError as error:
             self._diagnostics.refuse(error)
             return str(error)
+        finally:
+            self._describe()
         for output, message in zip(self._outputs, capture_to_messages(capture), strict=True):
             output.publish(message)
+        if capture.snr is not None and self._snr.get_subscription_count():
+            self._snr.publish(snr_to_message(capture))
         self._diagnostics.count('captures')
         return ''
+
+    def _describe(self) -> None:
+        for key, value in self._camera.notes().items():
+            if key == WARN:
+                self._diagnostics.warn(str(value))
+            else:
+                self._diagnostics.note(key, value)
 
     def _on_request(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._capture(self._now_ns())

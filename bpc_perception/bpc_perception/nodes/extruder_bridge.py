@@ -18,6 +18,7 @@ from bpc_perception.conversions import (
     joint_motion,
     stamp_to_ns,
 )
+from bpc_perception.core.back_off import BackOff
 from bpc_perception.core.clock_offset import ClockOffset
 from bpc_perception.core.config import ExtruderConfig
 from bpc_perception.core.extruder import (
@@ -34,8 +35,6 @@ from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
 
-SHORTEST_PAUSE, LONGEST_PAUSE = 0.25, 5.0  # between attempts to open a device [s]
-
 
 class ExtruderBridgeNode(Node):
     """Publishes the state of the extruder; see the README for its interface."""
@@ -49,7 +48,7 @@ class ExtruderBridgeNode(Node):
             ExtrusionState, topics.EXTRUSION, topics.EXTRUSION_QOS)
         self._device_clock = ClockOffset()
         self._extruder: Extruder | None = None
-        self._pause, self._next_attempt, self._heard = SHORTEST_PAUSE, 0.0, 0.0
+        self._back_off, self._heard = BackOff(), 0.0
         self._last: TicState | None = None
         self._extruding = False
         poll = self._poll
@@ -73,14 +72,13 @@ class ExtruderBridgeNode(Node):
             self._extruder = open_extruder(self._config, self._diagnostics.refuse)
         except ExtruderError as error:
             self._diagnostics.refuse(error)
-            self._next_attempt = self._heard + self._pause
-            self._pause = min(2 * self._pause, LONGEST_PAUSE)
+            self._back_off.failed(self._heard)
             return
         self._diagnostics.count('times opened')
 
     def _poll(self) -> None:
         if self._extruder is None:
-            if time.monotonic() >= self._next_attempt:
+            if not self._back_off.waiting(time.monotonic()):
                 self._connect()
             return
         try:
@@ -93,12 +91,12 @@ class ExtruderBridgeNode(Node):
             self._diagnostics.refuse(error)
             self._extruder.close()
             self._extruder = None
-            self._next_attempt = time.monotonic() + self._pause
-            self._pause = min(2 * self._pause, LONGEST_PAUSE)
+            self._back_off.failed(time.monotonic())
             return
         now_ns = self.get_clock().now().nanoseconds
         for state in states:
-            self._pause, self._heard = SHORTEST_PAUSE, time.monotonic()
+            self._back_off.succeeded()
+            self._heard = time.monotonic()
             stamp_ns = (now_ns if state.device_ns is None
                         else self._device_clock.map(state.device_ns, now_ns))
             self._describe(state)
