@@ -355,7 +355,7 @@ class ZividConfig(Config):
     frame_id: Annotated[str, Parameter(
         'Name of the optical frame', read_only=True)] = 'zivid_optical_frame'
     color_space: Annotated[str, Parameter(
-        'Colours in proportion to the light, or brighter for people; widths are right in the first',
+        'Colours in proportion to the light, for right widths, or brighter for people',
         choices=('linear_rgb', 'srgb'), read_only=True)] = 'linear_rgb'
     intrinsics: Annotated[str, Parameter(
         'Whose intrinsics: of the camera, or estimated for each capture',
