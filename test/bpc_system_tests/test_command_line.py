@@ -14,7 +14,7 @@ from .command_line import OUTPUTS, refusal, run, SAMPLE, succeed
 pytestmark = pytest.mark.system
 
 COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study',
-            'calibrate')
+            'calibrate', 'check')
 SCENARIOS = ('spiral_gaps', 'line', 'ring', 'meander', 'archimedean', 'fermat')
 
 

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from bpc_perception.cli import calibrate, live, measure, record, replay, sim, study, testing
+from bpc_perception.cli import calibrate, check, live, measure, record, replay, sim, study, testing
 
 REFUSED = 2
 INTERRUPTED = 130
@@ -25,7 +25,7 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None,
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),
-                      ('study', study.study)):
+                      ('study', study.study), ('check', check.check)):
     app.command(name)(command)
 app.add_typer(calibrate.app, name='calibrate')
 

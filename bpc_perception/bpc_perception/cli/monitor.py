@@ -105,7 +105,7 @@ def monitoring() -> Iterator[Monitor]:
     """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly."""
     # Handlers that only take note: rclpy's shut down under a running callback, and Python's
     # raise in the middle of a message, which comes out of rclpy as any other error.
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
