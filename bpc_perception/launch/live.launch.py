@@ -1,4 +1,4 @@
-"""The nodes on a real printer's topics; robot and extruder publish by themselves."""
+"""The nodes on a real printer's topics; the robot publishes by itself."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     """The nodes that the arguments ask for."""
     given = {name: LaunchConfiguration(name).perform(context) for name in (
         'params_file', 'hand_eye_file', 'namespace', 'use_sim_time', 'camera',
-        'camera_settings_file', *TOPICS)}
+        'camera_settings_file', 'extruder', *TOPICS)}
     live_recorder(given['params_file'] or None)  # refuses to start without a nozzle offset
     parameters = [given['params_file']] if given['params_file'] else []
     parameters.append({'use_sim_time': given['use_sim_time'] == 'true'})
@@ -51,6 +51,15 @@ def nodes(context: LaunchContext) -> list[Node]:
             package='zivid_camera', executable='zivid_camera', name='zivid_camera',
             parameters=[*parameters, {'settings_file_path': given['camera_settings_file']}],
             additional_env=TRANSPORT, **common))
+    if given['camera'] == 'zivid':
+        started.append(Node(
+            package='bpc_perception', executable='camera_driver', name='camera_driver',
+            parameters=[*parameters, {'back_end': 'zivid',
+                                      'settings_file': given['camera_settings_file']}],
+            additional_env=TRANSPORT, **common))
+    if given['extruder'] == 'bridge':
+        started.append(Node(package='bpc_perception', executable='extruder_bridge',
+                            name='extruder_bridge', parameters=parameters, **common))
     return started
 
 
@@ -67,11 +76,15 @@ def generate_launch_description() -> LaunchDescription:
             'use_sim_time', default_value='false', choices=('true', 'false'),
             description='Whether time comes from /clock.'),
         DeclareLaunchArgument(
-            'camera', default_value='none', choices=('none', 'vendor'),
-            description='vendor = start zivid_camera; none = the camera publishes already.'),
+            'camera', default_value='none', choices=('none', 'vendor', 'zivid'),
+            description='vendor = start zivid_camera; zivid = start camera_driver with that '
+                        'back end; none = the camera publishes already.'),
         DeclareLaunchArgument(
             'camera_settings_file', default_value='',
-            description='With camera:=vendor: its capture settings (.yml).'),
+            description='With camera:=vendor and camera:=zivid: capture settings (.yml).'),
+        DeclareLaunchArgument(
+            'extruder', default_value='none', choices=('none', 'bridge'),
+            description='bridge = start extruder_bridge; none = extrusion_state is published.'),
         *(DeclareLaunchArgument(argument, default_value=topic,
                                 description=f'The topic to use for {topic}.')
           for argument, topic in TOPICS.items()),
