@@ -66,7 +66,8 @@ class ZividDouble:
     """A camera that may be unplugged, and the package through which it is reached.
 
     Attributes:
-        see: what is before the camera at a time of time.time() [s], in metres.
+        see: what is before the camera at a time of time.time() [s], in metres, its colours in
+            proportion to the light.
         acquisition, processing: how long it projects, and works afterwards [s].
         plugged: whether it is there.
         fails_while_processing: the next frame ends with an error.
@@ -85,6 +86,10 @@ class ZividDouble:
     throttling: float = 0.0
     connections: int = 0
     serial_number: str = '2020C0DE'
+
+    def is_plugged(self) -> bool:
+        """Whether the camera is there."""
+        return self.plugged
 
     def modules(self) -> dict[str, ModuleType]:
         """The package, by the names under which it is imported."""
@@ -110,7 +115,7 @@ class Application:
         """Connect a camera."""
         if self._released:
             raise RuntimeError('The application is released')
-        if not self._double.plugged:
+        if not self._double.is_plugged():
             raise RuntimeError('No Zivid cameras are connected')
         if serial_number not in (None, self._double.serial_number):
             raise RuntimeError(f'Camera with serial number {serial_number} not found')
@@ -171,7 +176,7 @@ class Camera:
         self._connected = False
 
     def _check(self) -> None:
-        if not (self._connected and self._double.plugged):
+        if not (self._connected and self._double.is_plugged()):
             raise RuntimeError('Camera is not connected')
 
 
@@ -240,7 +245,7 @@ class PointCloud:
             finite = np.isfinite(seen.cloud).all(axis=2)
             return np.where(finite, 30.0, 0.0).astype(np.float32)
         rgba = np.full((*seen.image.shape[:2], 4), 255, np.uint8)
-        rgba[..., :3] = seen.image if data_format.endswith('srgb') else linear(seen.image)
+        rgba[..., :3] = srgb(seen.image) if data_format.endswith('srgb') else seen.image
         return rgba[..., (2, 1, 0, 3)] if data_format.startswith('bgra') else rgba
 
 
@@ -249,6 +254,13 @@ def linear(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     share = image / 255.0
     light: Array = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055)**2.4)
     return np.rint(255 * light).astype(np.uint8)
+
+
+def srgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """An image in proportion to the light as sRGB [IEC 61966-2-1]."""
+    light = image / 255.0
+    share: Array = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light**(1 / 2.4) - 0.055)
+    return np.rint(255 * share).astype(np.uint8)
 
 
 def told(seen: Capture, scale: float) -> SimpleNamespace:

@@ -12,7 +12,7 @@ from typing import Any
 from bpc_perception.core.capture import Capture
 from bpc_perception.testing import free_domain, Graph
 from bpc_sim.scenarios import SCENARIOS
-from bpc_sim.zivid_double import linear, standing, ZividDouble
+from bpc_sim.zivid_double import linear, srgb, standing, ZividDouble
 import numpy as np
 import pytest
 
@@ -83,7 +83,6 @@ def rig(request: pytest.FixtureRequest, graph: Graph, tmp_path: Path) -> Iterato
                       'start_time_ns': time.time_ns() - 100 * 10**9}
     else:
         double = request.getfixturevalue('zivid')
-        parameters = {'color_space': 'srgb'}  # as the scene is painted
     camera = open_camera(name, graph.make(Node, 'owner', **parameters))
     yield Rig(graph, camera, lambda: SEEN, double)
     camera.close()
@@ -257,9 +256,11 @@ def test_unfit_settings_are_refused(graph: Graph, zivid: ZividDouble, tmp_path: 
         opened(graph, settings_file=str(tmp_path / 'settings.yml'))
 
 
-def test_colours_are_in_proportion_to_the_light(graph: Graph, zivid: ZividDouble) -> None:
+def test_colours_are_brighter_if_asked_for(graph: Graph, zivid: ZividDouble) -> None:
     assert zivid.plugged
-    np.testing.assert_array_equal(opened(graph).capture(0).image, linear(SEEN.image))
+    found = opened(graph, color_space='srgb').capture(0).image
+    np.testing.assert_array_equal(found, srgb(SEEN.image))
+    assert np.median(found) > np.median(SEEN.image)
 
 
 def test_settings_are_read_from_a_file(graph: Graph, zivid: ZividDouble, tmp_path: Path) -> None:
@@ -275,7 +276,8 @@ def test_without_the_package_it_is_refused(graph: Graph, monkeypatch: pytest.Mon
         opened(graph)
 
 
-def test_the_double_is_as_dark_as_the_vendor_s_default() -> None:
+def test_srgb_is_as_the_standard_has_it() -> None:
+    assert srgb(np.array([[[0, 55, 255]]], np.uint8)).tolist() == [[[0, 128, 255]]]
     assert linear(np.array([[[0, 128, 255]]], np.uint8)).tolist() == [[[0, 55, 255]]]
 
 
@@ -299,7 +301,7 @@ def test_the_node_publishes_snr_and_says_how_the_camera_is(graph: Graph,
     assert future.result().success
     snr, = images[topics.SNR]
     assert (snr.encoding, snr.header) == ('32FC1', images[topics.IMAGE][0].header)
-    np.testing.assert_array_equal(image_to_rgb(images[topics.IMAGE][0]), linear(SEEN.image))
+    np.testing.assert_array_equal(image_to_rgb(images[topics.IMAGE][0]), SEEN.image)
     graph.spin_until(lambda: 'model' in values)
     assert values['model'] == 'Zivid 2 M70'
     assert values['serial number'] == zivid.serial_number
