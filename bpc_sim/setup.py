@@ -34,6 +34,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
+            'synthetic_arm = bpc_sim.nodes.arm:main',
             'synthetic_extruder = bpc_sim.nodes.extruder:main',
             'synthetic_robot = bpc_sim.nodes.robot:main',
         ],

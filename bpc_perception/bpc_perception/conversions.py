@@ -10,12 +10,12 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 import cv2
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform
 from nav_msgs.msg import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import (
@@ -32,7 +32,9 @@ from bpc_interfaces.msg import (
 )
 from bpc_perception.core.advice import RateAdvice, Reason
 from bpc_perception.core.capture import Capture, PinholeCamera
+from bpc_perception.core.extruder import PlungerMotion
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.kinematics import flange_pose, order_joints
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.path_assembly import ExtruderSample
 from bpc_perception.core.poses import pose_matrix
@@ -177,6 +179,15 @@ def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud
     return image, info, cloud
 
 
+def snr_to_message(capture: Capture) -> Image:
+    """The signal-to-noise ratio of a capture that has one, as the vendor's node sends it."""
+    assert capture.snr is not None
+    height, width = capture.snr.shape
+    return Image(header=Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id),
+                 height=height, width=width, encoding='32FC1', step=4 * width,
+                 data=array('B', capture.snr.astype('<f4').tobytes()))
+
+
 def pose_to_matrix(message: Pose) -> Array:
     """The 4x4 transform of a pose."""
     p, q = message.position, message.orientation
@@ -184,6 +195,30 @@ def pose_to_matrix(message: Pose) -> Array:
         return pose_matrix(np.array((p.x, p.y, p.z)), np.array((q.x, q.y, q.z, q.w)))
     except ValueError as error:
         raise ConversionError(str(error)) from error
+
+
+def joints_to_matrix(message: JointState, robot: str) -> Array:
+    """T_base_flange (4, 4) of a robot whose joints are among those of the message."""
+    try:
+        return flange_pose(robot, order_joints(message.name, message.position))
+    except ValueError as error:
+        raise ConversionError(f'joint_states: {error}') from error
+
+
+def lbr_state_to_matrix(message: Any, robot: str) -> tuple[int, Array]:
+    """Controller time [ns] and T_base_flange (4, 4) of an lbr_fri_idl/LBRState."""
+    try:
+        pose = flange_pose(robot, np.array(message.measured_joint_position, np.float64))
+    except ValueError as error:
+        raise ConversionError(f'lbr_state: {error}') from error
+    return int(message.time_stamp_sec) * 10**9 + int(message.time_stamp_nano_sec), pose
+
+
+def transform_to_matrix(message: Transform) -> Array:
+    """The 4x4 transform of a tf2 transform."""
+    t = message.translation
+    return pose_to_matrix(Pose(position=Point(x=t.x, y=t.y, z=t.z),
+                               orientation=message.rotation))
 
 
 def pose_to_message(stamp_ns: int, frame_id: str, T_frame_body: Array) -> PoseStamped:
@@ -199,6 +234,29 @@ def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
     """The part of the extruder's state that the path carries."""
     return ExtruderSample(stamp_to_ns(message.header.stamp), bool(message.extruding),
                           message.plunger_velocity, message.flow_rate)
+
+
+def extruder_to_message(stamp_ns: int, motion: PlungerMotion,
+                        error_status: int = 0) -> ExtrusionState:
+    """The extruder's state as a message."""
+    return ExtrusionState(
+        header=Header(stamp=ns_to_stamp(stamp_ns)), extruding=motion.extruding,
+        plunger_velocity=motion.velocity, plunger_position=motion.position,
+        flow_rate=motion.flow_rate, error_status=error_status,
+        position_uncertain=motion.position_uncertain)
+
+
+def joint_motion(message: JointState, joint: str) -> tuple[float, float]:
+    """Velocity [m/s] and position [m] of a prismatic joint; NaN = not told."""
+    if joint not in message.name:
+        raise ConversionError(f'{joint}: expected this joint, '
+                              f'found {", ".join(message.name) or "none"}')
+    index = list(message.name).index(joint)
+    velocity, position = (float(values[index]) if len(values) > index else float('nan')
+                          for values in (message.velocity, message.position))
+    if not np.isfinite(velocity):
+        raise ConversionError(f'{joint}: expected a velocity, found none')
+    return velocity, position
 
 
 def path_to_message(path: DepositionPath, frame_id: str) -> DepositionPathMsg:

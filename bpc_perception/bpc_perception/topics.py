@@ -8,14 +8,20 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState, RateAdvice, ThicknessProfile
 
 IMAGE, CAMERA_INFO, CLOUD = 'color/image_color', 'color/camera_info', 'points/xyzrgba'
 CAMERA: dict[str, Any] = {IMAGE: Image, CAMERA_INFO: CameraInfo, CLOUD: PointCloud2}
+SNR = 'snr/image'  # optional, Image
 POSE, EXTRUSION = 'end_effector_pose', 'extrusion_state'
 PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
+# Other sources of the flange's pose, each in place of POSE.
+JOINTS, LBR_STATE = 'joint_states', 'lbr_state'
+ROBOT: dict[str, Any] = {POSE: PoseStamped, JOINTS: JointState}
+# What other extruders say of themselves.
+PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
 PROFILE, ADVICE = 'thickness_profile', 'rate_advice'

@@ -53,7 +53,7 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument('bag', description='Recording: a rosbag2 folder.'),
         DeclareLaunchArgument(
             'hand_eye_file', default_value='',
-            description='Hand-eye calibration (easy_handeye2 .calib); empty = hand_eye.calib in '
+            description='Hand-eye calibration; empty = hand_eye.calib in '
                         'the recording.'),
         DeclareLaunchArgument(
             'params_file', default_value='',

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from bpc_perception.core.capture import Capture
@@ -33,6 +34,10 @@ class SyntheticCamera:
         capture = self._job.capture(t, self._number, now_ns)
         self._number += 1
         return capture
+
+    def notes(self) -> Mapping[str, object]:
+        """Nothing."""
+        return {}
 
     def close(self) -> None:
         """Nothing is held."""

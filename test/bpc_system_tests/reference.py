@@ -14,11 +14,13 @@ from bpc_perception.core.config import (
     BagRecorderConfig,
     CameraConfig,
     Config,
+    ExtruderConfig,
     flatten,
     Parameter,
     PlayerConfig,
     RecorderConfig,
     ThicknessConfig,
+    ZividConfig,
 )
 from bpc_sim.config import SimConfig
 import yaml
@@ -28,6 +30,8 @@ README = ROOT / 'README.md'
 CONFIG = ROOT / 'bpc_perception' / 'config'
 TABLES: dict[str, type[Config]] = {
     'camera_driver': CameraConfig,
+    'zivid': ZividConfig,
+    'extruder_bridge': ExtruderConfig,
     'path_recorder': RecorderConfig,
     'thickness': ThicknessConfig,
     'bag_player': PlayerConfig,
@@ -35,8 +39,9 @@ TABLES: dict[str, type[Config]] = {
     'synthetic printer': SimConfig,
 }
 FILES: dict[str, type[Config]] = {
-    node: TABLES[node] for node in ('camera_driver', 'path_recorder', 'thickness')}
-TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}
+    node: TABLES[node] for node in (
+        'camera_driver', 'extruder_bridge', 'path_recorder', 'thickness')}
+TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string', tuple: 'double array'}
 HEADER = ('| parameter | type | unit | default | range | meaning |', '|---|---|---|---|---|---|')
 
 

@@ -15,7 +15,8 @@ from .command_line import command, OUTPUTS, PATIENCE, refusal, run, SAMPLE, succ
 
 pytestmark = pytest.mark.system
 
-COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study', 'bench')
+COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study', 'bench',
+            'calibrate', 'check')
 SCENARIOS = ('spiral_gaps', 'line', 'ring', 'meander', 'archimedean', 'fermat')
 
 
@@ -58,6 +59,8 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / 'torn.yaml').write_text('thickness: {ros__parameters: [\n')
     (tmp_path / 'unknown.yaml').write_text('thickness: {ros__parameters: {colour: 1}}\n')
     (tmp_path / 'method.yaml').write_text('thickness: {ros__parameters: {method: guess}}\n')
+    (tmp_path / 'joints.yaml').write_text(
+        '/**: {ros__parameters: {pose: {source: joint_states}}}\n')
     (tmp_path / 'list.yaml').write_text('- 1\n')
     (tmp_path / 'mount.calib').write_text(
         (SAMPLE / 'hand_eye.calib').read_text().replace('eye_on_base', 'eye_on_roof'))
@@ -117,6 +120,14 @@ WRONG = {
     'live without calibration': (['live'], ['--handeye']),
     'live with a missing calibration': (['live', '--handeye', 'nowhere'],
                                         ['nowhere', 'No such file']),
+    'live without a nozzle': (['live', '--handeye', SAMPLE / 'hand_eye.calib'],
+                              ['nozzle_offset: expected', 'found none', 'bpc calibrate nozzle']),
+    'live with a topic for nothing': (
+        ['live', '--handeye', SAMPLE / 'hand_eye.calib', '--params', SAMPLE / 'params.yaml',
+         '--remap', '/lbr/joint_states'], ['--remap: expected TOPIC:=OTHER', 'joint_states']),
+    'live with joints of no robot': (
+        ['live', '--handeye', SAMPLE / 'hand_eye.calib', '--params', 'joints.yaml'],
+        ['pose.robot: expected one of lbr_med_7', 'found none']),
     'unknown scenario': (['sim', '--scenario', 'teapot'],
                          ['scenario: expected one of', *SCENARIOS, "found 'teapot'"]),
     'sim without speed': (['sim', '--speed', 0], ['speed: expected 0.1 to 500 mm/s', 'found 0']),

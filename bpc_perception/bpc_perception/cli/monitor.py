@@ -117,7 +117,7 @@ def monitoring(keep: int | None = None) -> Iterator[Monitor]:
     """
     # Handlers that only take note: rclpy's shut down under a running callback, and Python's
     # raise in the middle of a message, which comes out of rclpy as any other error.
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)

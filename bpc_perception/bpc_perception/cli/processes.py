@@ -31,8 +31,10 @@ class Nodes:
     """Processes of nodes; a context manager that ends all of them in reverse order."""
 
     def __init__(self, parameter_file: Path | None = None,
-                 parameters: Mapping[str, Any] | None = None) -> None:
+                 parameters: Mapping[str, Any] | None = None,
+                 remappings: Mapping[str, str] | None = None) -> None:
         self._common = [parameter_file] if parameter_file else []
+        self._remappings = dict(remappings or {})
         self._parameters = dict(parameters or {})
         self._logs = Path(os.environ.get('ROS_LOG_DIR') or tempfile.gettempdir())
         self._logs.mkdir(parents=True, exist_ok=True)
@@ -47,6 +49,8 @@ class Nodes:
             arguments += ['--params-file', str(file)]
         for key, value in {**self._parameters, **parameters}.items():
             arguments += ['-p', f'{key}:={yaml.safe_dump(value).splitlines()[0]}']
+        for topic, other in self._remappings.items():
+            arguments += ['-r', f'{topic}:={other}']
         handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
         self._log_files[name] = Path(log)
         environment = os.environ | {PARENT_VARIABLE: str(os.getpid())}

@@ -74,6 +74,7 @@ class Capture:
         image: (H, W, 3) RGB, uint8.
         cloud: (H, W, 3) points in the camera's optical frame [m], float32; NaN = none.
         camera: intrinsics belonging to image and cloud.
+        snr: (H, W) signal-to-noise ratio of the points, float32; None = the camera tells none.
     """
 
     stamp_ns: int
@@ -81,6 +82,7 @@ class Capture:
     image: NDArray[np.uint8]
     cloud: NDArray[np.float32]
     camera: PinholeCamera
+    snr: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         shape = (self.camera.height, self.camera.width, 3)

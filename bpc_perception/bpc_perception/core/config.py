@@ -11,7 +11,9 @@ from dataclasses import dataclass, field, fields, is_dataclass
 import math
 from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar
 
-BASE = 'lbr_link_0'
+from bpc_perception.core.kinematics import LINKS
+
+BASE, FLANGE = 'lbr_link_0', 'lbr_link_ee'
 ConfigType = TypeVar('ConfigType', bound='Config')
 
 
@@ -213,6 +215,27 @@ class ProcessConfig(Config):
 
 
 @dataclass(frozen=True)
+class PoseConfig(Config):
+    """Where the poses of the flange come from."""
+
+    source: Annotated[str, Parameter(
+        'What tells the pose of the flange', choices=(
+            'pose_stamped', 'pose', 'joint_states', 'lbr_state', 'tf'),
+        read_only=True)] = 'pose_stamped'
+    robot: Annotated[str, Parameter(
+        'With joint_states and lbr_state: whose joints they are; none = not said',
+        choices=('none', *LINKS), read_only=True)] = 'none'
+    flange_frame: Annotated[str, Parameter(
+        'With tf: name of the flange', read_only=True)] = FLANGE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.robot == 'none' and self.source in ('joint_states', 'lbr_state'):
+            raise ConfigError(f'robot: expected one of {", ".join(LINKS)} with source '
+                              f'{self.source}, found none')
+
+
+@dataclass(frozen=True)
 class RecorderConfig(Config):
     """All of the path recorder."""
 
@@ -225,6 +248,7 @@ class RecorderConfig(Config):
         read_only=True)] = 50.0
     output_folder: Annotated[str, Parameter(
         'Folder into which prints are saved', read_only=True)] = '.'
+    pose: PoseConfig = field(default_factory=PoseConfig)
     path: PathConfig = field(default_factory=PathConfig)
     process: ProcessConfig = field(default_factory=ProcessConfig)
 
@@ -236,7 +260,7 @@ class ThicknessConfig(Config):
     base_frame: Annotated[str, Parameter(
         'Robot base frame, in which path and profile are given', read_only=True)] = BASE
     hand_eye_file: Annotated[str, Parameter(
-        'Hand-eye calibration, an easy_handeye2 .calib file', read_only=True)] = ''
+        'Hand-eye calibration file', read_only=True)] = ''
     method: Annotated[str, Parameter(
         'How thickness is measured: "paper" is the published method',
         choices=('cross_section', 'paper'))] = 'cross_section'
@@ -254,6 +278,7 @@ class ThicknessConfig(Config):
     maximum_offset: Annotated[float, Parameter(
         'How far off the path the deposit may lie, per its width, before it is warned of', '',
         0.01, 10)] = 0.25
+    pose: PoseConfig = field(default_factory=PoseConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
@@ -278,15 +303,77 @@ class BagRecorderConfig(Config):
 
 
 @dataclass(frozen=True)
+class PlungerConfig(Config):
+    """Geometry of syringe and drive."""
+
+    lead: Annotated[float, Parameter(
+        'Travel of the plunger per turn of the motor, gears included; 0 = not known', 'm', 0,
+        0.1, read_only=True)] = 0.0
+    steps_per_revolution: Annotated[int, Parameter(
+        'Full steps of the motor per turn', '', 1, 100000, read_only=True)] = 200
+    bore: Annotated[float, Parameter(
+        'Inner diameter of the syringe; 0 = not known', 'm', 0, 0.2, read_only=True)] = 0.0
+    reversed: Annotated[bool, Parameter(
+        'Whether ink is pushed out while positions fall', read_only=True)] = False
+    minimum_velocity: Annotated[float, Parameter(
+        'Velocity of the plunger from which ink is taken to be pushed out', 'm/s', 0, 0.1,
+        read_only=True)] = 1e-7
+
+
+@dataclass(frozen=True)
+class ExtruderConfig(Config):
+    """All of the extruder bridge."""
+
+    back_end: Annotated[str, Parameter(
+        'What tells the state of the extruder', choices=('serial', 'tic', 'joint_state', 'bool'),
+        read_only=True)] = 'serial'
+    port: Annotated[str, Parameter(
+        'With serial and tic: the serial line; "usb" = the Tic itself over USB',
+        read_only=True)] = '/dev/ttyACM0'
+    baud: Annotated[int, Parameter(
+        'With serial and tic: speed of the line', 'baud', 300, 4000000,
+        read_only=True)] = 115200
+    device_number: Annotated[int, Parameter(
+        'With tic: its device number', '', 0, 127, read_only=True)] = 14
+    rate: Annotated[float, Parameter(
+        'How often the device is read, and with bool the state repeated', 'Hz', 1, 200,
+        read_only=True)] = 50.0
+    timeout: Annotated[float, Parameter(
+        'Silence after which the device is opened anew', 's', 0.1, 60, read_only=True)] = 1.0
+    joint: Annotated[str, Parameter(
+        'With joint_state: name of the plunger', read_only=True)] = 'plunger'
+    plunger: PlungerConfig = field(default_factory=PlungerConfig)
+
+
+@dataclass(frozen=True)
 class CameraConfig(Config):
     """All of the camera driver but its back end's own."""
 
     back_end: Annotated[str, Parameter(
-        'Where captures come from: a recording, or the simulated printer',
-        choices=('bag', 'synthetic'), read_only=True)] = 'bag'
+        'Where captures come from: a recording, the simulated printer, or a Zivid camera',
+        choices=('bag', 'synthetic', 'zivid'), read_only=True)] = 'bag'
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
     region: Annotated[tuple[int, int, int, int], Parameter(
         'The part of a capture that is delivered: x, y, width, height; width or height 0 = all',
         'pixels', 0, 100000)] = (0, 0, 0, 0)
     process: ProcessConfig = field(default_factory=ProcessConfig)
+
+
+@dataclass(frozen=True)
+class ZividConfig(Config):
+    """The back end zivid of the camera driver."""
+
+    serial_number: Annotated[str, Parameter(
+        'Which camera; empty = the first that is found', read_only=True)] = ''
+    settings_file: Annotated[str, Parameter(
+        'Capture settings as Zivid Studio saves them (.yml), with those of the colour image',
+        read_only=True)] = ''
+    frame_id: Annotated[str, Parameter(
+        'Name of the optical frame', read_only=True)] = 'zivid_optical_frame'
+    color_space: Annotated[str, Parameter(
+        'Colours in proportion to the light, for right widths, or brighter for people',
+        choices=('linear_rgb', 'srgb'), read_only=True)] = 'linear_rgb'
+    intrinsics: Annotated[str, Parameter(
+        'Whose intrinsics: of the camera, or estimated for each capture',
+        choices=('camera', 'frame'), read_only=True)] = 'camera'

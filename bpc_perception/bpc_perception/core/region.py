@@ -27,5 +27,6 @@ def crop(capture: Capture, region: Region) -> Capture:
     K = camera.K.copy()
     K[:2, 2] -= x, y
     rows, columns = slice(y, y + height), slice(x, x + width)
+    snr = None if capture.snr is None else capture.snr[rows, columns]
     return replace(capture, image=capture.image[rows, columns], cloud=capture.cloud[rows, columns],
-                   camera=replace(camera, K=K, width=width, height=height))
+                   camera=replace(camera, K=K, width=width, height=height), snr=snr)

@@ -7,14 +7,15 @@ from threading import Event
 from typing import Any
 
 from rclpy.node import Node
+from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from bpc_perception import topics
-from bpc_perception.conversions import capture_to_messages
+from bpc_perception.conversions import capture_to_messages, snr_to_message
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CameraConfig
 from bpc_perception.core.region import crop
-from bpc_perception.drivers import CameraError, open_camera
+from bpc_perception.drivers import CameraError, open_camera, WARN
 from bpc_perception.nodes.clock import steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
@@ -43,6 +44,7 @@ class CameraDriverNode(Node):
         self._diagnostics = Diagnostics(self)
         self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)
                          for name, kind in topics.CAMERA.items()]
+        self._snr = self.create_publisher(Image, topics.SNR, topics.CAMERA_QOS)
         self._last_ns = self._now_ns()
         self.create_service(Trigger, 'capture', self._on_request)
         self.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
@@ -70,6 +72,8 @@ class CameraDriverNode(Node):
         except (CameraError, ValueError) as error:
             self._diagnostics.refuse(error)
             return str(error)
+        finally:
+            self._describe()
         self._diagnostics.count('captures')
         if self._hand_over is not None:
             self._hand_over(capture).wait(TURN if self._listened() else 0)
@@ -77,10 +81,19 @@ class CameraDriverNode(Node):
             for output, message in zip(self._outputs, capture_to_messages(capture), strict=True):
                 if output.get_subscription_count():
                     output.publish(message)
+        if capture.snr is not None and self._snr.get_subscription_count():
+            self._snr.publish(snr_to_message(capture))
         return ''
 
     def _listened(self) -> bool:
         return any(output.get_subscription_count() for output in self._outputs)
+
+    def _describe(self) -> None:
+        for key, value in self._camera.notes().items():
+            if key == WARN:
+                self._diagnostics.warn(str(value))
+            else:
+                self._diagnostics.note(key, value)
 
     def _on_request(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._capture(self._now_ns())

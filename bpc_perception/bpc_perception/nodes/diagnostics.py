@@ -20,6 +20,7 @@ class Diagnostics:
         self._hardware_id = hardware_id
         self._counts: Counter[str] = Counter()
         self._refusals: Counter[str] = Counter()
+        self._notes: dict[str, str] = {}
         self._news: list[str] = []
         self._last_refusal = ''
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -31,6 +32,10 @@ class Diagnostics:
         """Count something that went as it should."""
         if times:
             self._counts[event] += times
+
+    def note(self, key: str, value: object) -> None:
+        """Keep a value that describes the state, in place of the one before."""
+        self._notes[key] = str(value)
 
     def refuse(self, reason: object) -> None:
         """Count input that cannot be used; the words before the first colon are its kind."""
@@ -48,7 +53,8 @@ class Diagnostics:
 
     def publish(self) -> None:
         """Publish the state now."""
-        values = [KeyValue(key=key, value=str(count)) for key, count in self._counts.items()]
+        values = [KeyValue(key=key, value=value) for key, value in self._notes.items()]
+        values += [KeyValue(key=key, value=str(count)) for key, count in self._counts.items()]
         values += [KeyValue(key=f'refused: {kind}', value=str(count))
                    for kind, count in self._refusals.items()]
         if self._last_refusal:

@@ -5,32 +5,27 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import Trigger
 
 from bpc_interfaces.msg import DepositionPath, DepositionPathUpdate, ExtrusionState
 from bpc_perception import topics
 from bpc_perception.bag import BagWriter
 from bpc_perception.conversions import (
-    check_frame,
-    ConversionError,
     extruder_from_message,
     path_to_message,
     path_to_nav,
-    pose_to_matrix,
-    stamp_to_ns,
 )
 from bpc_perception.core.config import RecorderConfig
-from bpc_perception.core.geometry import transform
+from bpc_perception.core.geometry import Array, transform
 from bpc_perception.core.path_assembly import PrintTracker
 from bpc_perception.nodes.allowance import Allowance
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
@@ -59,9 +54,7 @@ class PathRecorderNode(Node):
             DepositionPathUpdate, topics.PATH_UPDATE, topics.PATH_UPDATE_QOS)
         self._paths = self.create_publisher(DepositionPath, topics.PATH, topics.PATH_QOS)
         self._nav_paths = self.create_publisher(Path, topics.NAV_PATH, topics.PATH_QOS)
-        self.create_subscription(
-            PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        subscribe_poses(self, config.pose, config.base_frame, self._diagnostics, self._on_pose)
         self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
                                  topics.EXTRUSION_QOS)
         for name, answer in (('start', self._start), ('stop', self._stop),
@@ -70,15 +63,8 @@ class PathRecorderNode(Node):
         self.create_timer(1.0 / config.publish_rate, self._publish, clock=steady_clock())
         self._jump = on_jump_back(self, self._tracker.clear)
 
-    def _on_pose(self, message: PoseStamped) -> None:
-        try:
-            check_frame('pose', message, self._config.base_frame)
-            T_base_flange = pose_to_matrix(message.pose)
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-            return
-        if self._tracker.add_pose(stamp_to_ns(message.header.stamp),
-                                  transform(T_base_flange, self._tip)):
+    def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        if self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip)):
             self._diagnostics.count('poses')
         else:
             self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')

@@ -8,9 +8,7 @@ from threading import Event
 import time
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception import topics
@@ -19,12 +17,11 @@ from bpc_perception.conversions import (
     advice_to_message,
     check_frame,
     ConversionError,
-    pose_to_matrix,
     profile_to_message,
-    stamp_to_ns,
 )
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Array
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.session import Session
 from bpc_perception.handeye import load_hand_eye
@@ -32,6 +29,7 @@ from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.path_follower import PathFollower
+from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
@@ -61,9 +59,8 @@ class ThicknessNode(Node):
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
             self.create_subscription(kind, name, partial(self._on_camera, name), qos)
         if not hand_eye.on_base:
-            self.create_subscription(
-                PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
-                qos_overriding_options=QoSOverridingOptions.with_default_policies())
+            subscribe_poses(self, config.pose, config.base_frame, self._diagnostics,
+                            self._on_pose)
         self._path = PathFollower(self, self._frame, self._on_path, self._diagnostics.refuse)
         # Measured is after all messages that wait have been taken, since the newest wins.
         self._news = self.create_guard_condition(self._publish_results)
@@ -87,14 +84,8 @@ class ThicknessNode(Node):
         self._news.trigger()
         return turn
 
-    def _on_pose(self, message: PoseStamped) -> None:
-        try:
-            check_frame('pose', message, self._frame)
-            pose = pose_to_matrix(message.pose)
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-            return
-        self._session.add_flange_pose(stamp_to_ns(message.header.stamp), pose)
+    def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        self._session.add_flange_pose(stamp_ns, T_base_flange)
 
     def _on_path(self, path: DepositionPath) -> None:
         self._session.set_path(path)
