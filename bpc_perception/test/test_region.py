@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from bpc_perception.core.config import parameters_of, ThicknessConfig
 from bpc_perception.core.measurement import measure
 from bpc_perception.core.profile import Status
@@ -25,6 +27,13 @@ def test_a_region_measures_as_the_whole(method: str) -> None:
     np.testing.assert_array_equal(found.status, expected.status)
     for name in ('thickness', 'sigma', 'left_points', 'right_points'):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-9)
+
+
+def test_what_comes_with_each_pixel_is_cut_as_well() -> None:
+    whole = capture_of(band_image())
+    snr = np.arange(whole.image[..., 0].size, dtype=np.float32).reshape(whole.image.shape[:2])
+    np.testing.assert_array_equal(crop(replace(whole, snr=snr), (5, 6, 7, 8)).snr,
+                                  snr[6:14, 5:12])
 
 
 @pytest.mark.parametrize('region', [(0, 0, 0, 0), (5, 6, 0, 7), (5, 6, 7, 0)])

@@ -15,7 +15,6 @@ from bpc_perception import topics
 from bpc_perception.capture_pairing import CapturePairer
 from bpc_perception.conversions import (
     advice_to_message,
-    check_frame,
     ConversionError,
     profile_to_message,
 )

@@ -15,7 +15,6 @@ from sensor_msgs.msg import JointState
 from bpc_perception import topics
 from bpc_sim.arm import Arm
 from bpc_sim.config import SimConfig
-from bpc_sim.messages import POSE_RATE
 
 
 class SyntheticArmNode(Node):
@@ -28,7 +27,7 @@ class SyntheticArmNode(Node):
         self._arm = Arm()
         self._joint_states = self.create_publisher(
             JointState, topics.JOINTS, topics.EXTRUSION_QOS)
-        self.create_timer(1.0 / POSE_RATE, self._publish)
+        self.create_timer(1.0 / self._config.pose_rate, self._publish)
 
     def _publish(self) -> None:
         now_ns = self.get_clock().now().nanoseconds
