@@ -24,6 +24,15 @@ def test_jitter_is_taken_out() -> None:
     assert abs(clock.offset_ns - OFFSET - 2 * MS) < 0.2 * MS
 
 
+def test_a_message_that_comes_quicker_is_not_put_before_those_before() -> None:
+    clock = ClockOffset()
+    delays = (20, 18, 3, 2, 9, 1, 1, 1)
+    mapped = [clock.map(5 * index * MS, 5 * index * MS + OFFSET + delay * MS)
+              for index, delay in enumerate(delays)]
+    assert all(np.diff(mapped) > 0)
+    assert mapped[-1] == 5 * 7 * MS + OFFSET + 1 * MS
+
+
 def test_drift_is_followed() -> None:
     clock = ClockOffset()
     for index in range(6001):  # a minute at 100 microseconds a second, the device too slow
