@@ -114,7 +114,7 @@ class ThicknessNode(Node):
                 self._diagnostics.warn(result.warning)
 
     def _check_waiting(self) -> None:
-        self._publish_results()
+        self._news.trigger()
         patience_ns = round(self._config.value.patience * 1e9)
         for problem in self._pairer.give_up(time.monotonic_ns() - patience_ns):
             self._diagnostics.refuse(problem)
