@@ -70,7 +70,7 @@ def measure_cross_sections(
     near = np.minimum((np.arange(len(index)) + step // 2) // step, (len(index) - 1) // step)
     light = find_light(sections.every(step), extruding[index][::step], known).at(near)
     ink = ink_share(sections, light)
-    right, left = (find_edges(sections, light.noise, ink, side) for side in (0, 1))
+    right, left = find_edges(sections, light.noise, ink)
     status = judge(sections, ink, left, right, light.noise > config.cross_section.maximum_noise)
     status[ends_within_pixel(capture, sections, light, T_base_camera, bed.normal)
            & ((status == Status.MEASURED) | (status == Status.GAP))] = Status.LOW_CONFIDENCE

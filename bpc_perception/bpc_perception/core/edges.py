@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -21,6 +22,7 @@ from bpc_perception.core.sections import (
 from bpc_perception.core.steepness import steepest
 
 Index = NDArray[np.intp]
+Kind = TypeVar('Kind', np.float32, np.bool_)
 
 SETTLED = 2.0  # a stretch of bed that is shorter is noise [pixels]
 GLARE = 7.0  # a shorter one with ink behind it may be glare [pixels]
@@ -52,50 +54,70 @@ class Edges:
     joined: Flags
 
 
-def find_edges(sections: Sections, noise: Array, ink: Floats, side: int) -> Edges:
-    """The first edges outward on the right (0) or left (1) side.
+def find_edges(sections: Sections, noise: Array, ink: Floats) -> tuple[Edges, Edges]:
+    """The first edges outward on the right and on the left.
 
     Behind an edge the bed has to be seen for a while. A stretch too short for that, with ink
     again behind it, may be glare on the bead, or bed before a drop spilled beside it: then the
     nearer or the farther edge is right, whichever goes on along the path.
     """
     middle = len(sections.offset) // 2
-    outward = slice(middle, None) if side else slice(middle, None, -1)
-    share = ink[:, outward]
-    foreign = np.maximum.accumulate(sections.foreign[:, outward], axis=1)
+
+    def outward(values: NDArray[Kind]) -> NDArray[Kind]:
+        """Both sides (2N, K) of values (N, M), the right one first."""
+        return np.concatenate((values[:, middle::-1], values[:, middle:]))
+
+    share = outward(ink)
+    foreign = np.maximum.accumulate(outward(sections.foreign), axis=1)
     outside = share < 0.5  # False where it is not seen
     nearer, farther = (_first_run(outside | foreign, round(length / STEP))
                        for length in (SETTLED, GLARE))
     count = share.shape[1]
-    column = np.arange(count)
-    border = np.where(foreign.any(axis=1), np.argmax(foreign, axis=1), count)
-    before = column < nearer[:, None]
-    hidden: Flags = np.any(sections.hidden[:, outward] & before, axis=1)
-    missing: Flags = np.any(~sections.inside[:, outward] & before, axis=1)
+    border = np.where(foreign[:, -1], np.argmax(foreign, axis=1), count)
+    before = np.arange(count) < nearer[:, None]
+    hidden: Flags = np.any(outward(sections.hidden) & before, axis=1)
+    missing: Flags = np.any(outward(~sections.inside) & before, axis=1)
     joined = (nearer >= border) & (border < count) & ~hidden & ~missing
 
     step = STEP * sections.pixel
     known = ~(hidden | missing | joined)
     sure = nearer == farther
+    both_noise = np.tile(noise, 2)
 
     def locate(first: Index, asked: Flags) -> Array:
-        """Distance and sigma (2, N) of the edges at ``first`` (N,); NaN where not asked."""
+        """Distance and sigma (2, 2N) of the edges at ``first`` (2N,); NaN where not asked."""
         row = np.flatnonzero(asked & known & (first > 0) & (first < np.minimum(border, count)))
         found = np.full((2, len(share)), np.nan)
-        position, slope = refine(share[row], first[row], noise[row])
-        found[:, row] = position * step, noise[row] * step / slope
+        position, slope = refine(share[row], first[row], both_noise[row])
+        found[:, row] = position * step, both_noise[row] * step / slope
         return found
 
     near = locate(nearer, np.ones(len(share), bool))
     far = np.where(sure, near, locate(farther, ~sure))
-    expected = sections.steady(np.where(sure, near[0], np.nan))
-    share_sure = sections.steady(sure.astype(float))
-    expected = np.where(share_sure > 0.5, expected, sections.steady(far[0]))
-    take_far = ~sure & ~(np.abs(near[0] - expected) <= np.abs(far[0] - expected))
-    distance, sigma = np.where(take_far, far, near)
-    sigma = np.hypot(sigma, np.where(sure, 0.0, DOUBT * sections.pixel))
+    right, left = (
+        Edges(*_follow(sections, noise, share[side], near[:, side], far[:, side], sure[side]),
+              hidden[side], missing[side], joined[side])
+        for side in (slice(None, len(noise)), slice(len(noise), None)))
+    return right, left
+
+
+def _follow(sections: Sections, noise: Array, share: Floats, near: Array, far: Array,
+            sure: Flags) -> tuple[Array, Array]:
+    """Distances and sigmas (N,) of one side's edges, as they go on along the path.
+
+    From the distances and sigmas (2, N) of the nearer and the farther edges.
+    """
+    step = STEP * sections.pixel
+    distance, sigma = near
+    if not sure.all():
+        expected = sections.steady(np.where(sure, near[0], np.nan))
+        share_sure = sections.steady(sure.astype(float))
+        expected = np.where(share_sure > 0.5, expected, sections.steady(far[0]))
+        take_far = ~sure & ~(np.abs(near[0] - expected) <= np.abs(far[0] - expected))
+        distance, sigma = np.where(take_far, far, near)
+        sigma = np.hypot(sigma, np.where(sure, 0.0, DOUBT * sections.pixel))
     flaw = flaws(distance, np.fmax(4 * sigma, SPIKE * sections.pixel), sections.spacing)
-    distance[flaw], sigma[flaw] = np.nan, np.nan
+    distance, sigma = (np.where(flaw, np.nan, values) for values in (distance, sigma))
     shift = steepest(share, distance / step, noise,
                      2 * round(WINDOW / 2 / sections.spacing) + 1,
                      sections.spacing / sections.pixel)
@@ -104,7 +126,7 @@ def find_edges(sections: Sections, noise: Array, ink: Floats, side: int) -> Edge
     passes = smoothing_passes(distance, sections.spacing)
     smooth = smoothed(distance, passes)
     gain = np.where(smooth == distance, 1.0, (2 * np.pi * max(passes, 1)) ** -0.25)
-    return Edges(smooth, sigma * gain, hidden, missing, joined)
+    return smooth, sigma * gain
 
 
 def _first_run(flags: Flags, length: int) -> Index:
@@ -207,22 +229,21 @@ def half_way(share: Floats, start: Index, noise: Array) -> tuple[Array, Array, A
     Also (N,) the level outside, that inside less it, and the slope as a part of that; NaN = none.
     """
     near, far = (round(distance / STEP) for distance in PLATEAU)
-    row, steps = np.arange(len(share)), np.arange(near, far + 1)
-    start = start[:, None]
-
-    def read(index: Index) -> Floats:
-        return share[row[:, None], np.clip(index, 0, share.shape[1] - 1)]
-
+    row, start = np.arange(len(share)), start[:, None]
+    around = np.clip(start + np.arange(-far - 1, far + 1), 0, share.shape[1] - 1)
+    window = share[row[:, None], around]
+    plateau = far - near + 1
     # What glare hides of the ink is taken for ink.
-    inside = np.sort(np.nan_to_num(read(np.maximum(start - 1 - steps, 0)), nan=1.0), axis=1)
+    inside = np.sort(np.nan_to_num(window[:, :plateau], nan=1.0), axis=1)
     # A reflection near the edge takes away from the ink: then what it leaves counts.
     fullest = sorted_quantile(inside, 0.9) - np.maximum(0.1, 2 * noise)
     inner = np.maximum(sorted_quantile(inside, 0.5), fullest)
-    outside = np.sort(read(start + steps), axis=1)  # with NaN last
+    outside = np.sort(window[:, -plateau:], axis=1)  # with NaN last
     outer = np.where(np.isnan(outside[:, -1]), np.nan, sorted_quantile(outside, 0.5))
     step = np.where((inner - outer > 0.3) & (inner > 0.3) & (outer < 0.5), inner - outer, np.nan)
     index = start + np.arange(-near - 1, near + 1)
-    values = (read(index) - outer[:, None]) / step[:, None] - 0.5
+    values = window[:, far - near:far + near + 2]
+    values = (values - outer[:, None]) / step[:, None] - 0.5
     falls = (values[:, :-1] >= 0) & (values[:, 1:] < 0)
     nearest = np.argmin(np.where(falls, np.abs(index[:, :-1] + 0.5 - start), np.inf), axis=1)
     above, below = (values[row, nearest + ahead] for ahead in (0, 1))

@@ -7,6 +7,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
@@ -23,7 +24,9 @@ STEP = 0.5  # between samples of a section [pixels]
 COARSE = 4  # what varies slowly across is looked at in every so manieth sample
 TYPICAL = 1000  # points of a path tell what is typical of it
 KNOT = 8  # and projected to the image in every so manieth
-ASKED = 16  # sections within a window that tell what is steady there
+ASKED = 10  # sections within a window that tell what is steady there
+NOZZLE_ASKED = 4  # the height of the nozzle only at every so manieth of them
+SHORT = 19  # a window for which sorting is quicker than a filter [values]
 LARGEST_SIDE = 30000  # of an image made by OpenCV [pixels]
 RAISED = 0.0004  # what stands this far above the bed is no bed [m]
 WINDOW = 0.008  # length of path over which surface and light are taken as steady [m]
@@ -196,14 +199,25 @@ def running_median(values: Array, window: int) -> Array:
     columns = values.reshape(len(values), -1)
     result = np.empty_like(columns)
     index = np.arange(len(values))
+    window = min(window, len(values))
     for number, column in enumerate(columns.T):
         known = np.flatnonzero(np.isfinite(column))
         if len(known) == 0:
             result[:, number] = np.nan
             continue
-        filled = np.interp(index, known, column[known])
-        result[:, number] = median_filter(filled, size=min(window, len(filled)), mode='nearest')
+        filled = column if len(known) == len(column) else np.interp(index, known, column[known])
+        result[:, number] = _filtered(filled, window)
     return result.reshape(values.shape)
+
+
+def _filtered(values: Array, window: int) -> Array:
+    """Running median of values (N,); the first and the last go on beyond the ends."""
+    if window % 2 == 0 or window > SHORT:
+        return np.asarray(median_filter(values, size=window, mode='nearest'))
+    half = window // 2
+    padded = np.concatenate((np.full(half, values[0]), values, np.full(half, values[-1])))
+    windows = sliding_window_view(padded, window)
+    return np.asarray(np.partition(windows, half, axis=1)[:, half])
 
 
 def _follow_surface(capture: Capture, points: Array, lateral: Array, offset: Array,
@@ -218,15 +232,17 @@ def _follow_surface(capture: Capture, points: Array, lateral: Array, offset: Arr
     chosen = np.arange(0, len(points), 2 * step_within_window(spacing))
     foot, across, bare = points[chosen], lateral[chosen], beside[chosen]
 
-    def cloud() -> Floats:
-        return _look_up(capture.cloud, project(capture, foot, across, offset, T_camera_base))
+    def cloud(some: slice) -> Floats:
+        return _look_up(capture.cloud,
+                        project(capture, foot[some], across[some], offset, T_camera_base))
 
     # The nozzle keeps about the same height above the surface all along.
-    height = _heights(cloud(), foot, normal, T_camera_base)
-    gap = height[bare & np.isfinite(height)]
+    few = slice(None, None, NOZZLE_ASKED)
+    height = _heights(cloud(few), foot[few], normal, T_camera_base)
+    gap = height[bare[few] & np.isfinite(height)]
     nozzle = float(np.median(gap)) if len(gap) else 0.0
     foot = foot + nozzle * normal
-    shown = cloud()
+    shown = cloud(slice(None))
     height = _heights(shown, foot, normal, T_camera_base)
     place = _places(shown, foot, across, T_camera_base)
     side_height, side_place = [], []
