@@ -47,7 +47,7 @@ def run_command_line(target: venv.Venv, arguments: Sequence[str]) -> NoReturn:
     """Become the command line."""
     values = environment.variables(target, os.environ)
     Path(values['ROS_LOG_DIR']).mkdir(parents=True, exist_ok=True)
-    command = [str(target.python), '-m', 'bpc_perception.cli', *arguments]
+    command = [str(target.python), '-m', 'bpc_perception', *arguments]
     os.execve(target.python, command, {**os.environ, **values})
 
 

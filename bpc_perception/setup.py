@@ -41,6 +41,8 @@ setup(
             'bag_player = bpc_perception.nodes.bag_player:main',
             'bag_recorder = bpc_perception.nodes.bag_recorder:main',
             'camera_driver = bpc_perception.nodes.camera_driver:main',
+            'composed = bpc_perception.nodes.composed:main',
+            'extruder_bridge = bpc_perception.nodes.extruder_bridge:main',
             'path_recorder = bpc_perception.nodes.path_recorder:main',
             'thickness = bpc_perception.nodes.thickness:main',
         ],

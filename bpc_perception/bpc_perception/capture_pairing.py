@@ -28,6 +28,13 @@ class CapturePairer:
         return capture_from_messages(
             parts[topics.IMAGE], parts[topics.CAMERA_INFO], parts[topics.CLOUD])
 
+    def overtaken(self, stamp_ns: int) -> int:
+        """Forget captures older than this of which only the camera info came; how many.
+
+        Queues hold many of these, but few images and clouds: those were pushed out by newer ones.
+        """
+        return self._pairer.overtaken(stamp_ns, topics.CAMERA_INFO)
+
     def give_up(self, before_ns: int = 0) -> list[str]:
         """Forget captures begun before this time and the oldest of many; what each lacks."""
         return [f'capture: expected {", ".join(topics.CAMERA)} of one stamp, '

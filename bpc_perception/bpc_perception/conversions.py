@@ -10,12 +10,13 @@ import math
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+import cv2
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform
 from nav_msgs.msg import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import (
@@ -32,15 +33,19 @@ from bpc_interfaces.msg import (
 )
 from bpc_perception.core.advice import RateAdvice, Reason
 from bpc_perception.core.capture import Capture, PinholeCamera
+from bpc_perception.core.extruder import PlungerMotion
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.kinematics import flange_pose, order_joints
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.path_assembly import ExtruderSample
 from bpc_perception.core.poses import pose_matrix
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.message_data import set_data
 
 # Where red, green and blue lie in a pixel, and how many bytes it has.
-IMAGE_ENCODINGS = {'rgba8': ((0, 1, 2), 4), 'rgb8': ((0, 1, 2), 3),
-                   'bgr8': ((2, 1, 0), 3), 'bgra8': ((2, 1, 0), 4)}
+IMAGE_ENCODINGS = {'rgba8': (slice(0, 3), 4), 'rgb8': (slice(0, 3), 3),
+                   'bgr8': (slice(2, None, -1), 3), 'bgra8': (slice(2, None, -1), 4)}
+NAV_POSES = 2000  # at most in a path to look at
 # What advice says beyond its factors, under the same names in both forms.
 ADVICE_DETAILS = ('reference_time', 'expected_thickness', 'delivery', 'delivery_sigma', 'lag',
                   'lag_sigma', 'flow_rate', 'plunger_velocity', 'speed')
@@ -69,7 +74,7 @@ def check_frame(name: str, message: Any, frame_id: str) -> None:
 
 
 def image_to_rgb(message: Image) -> NDArray[np.uint8]:
-    """The image as RGB (H, W, 3), uint8."""
+    """The image as a view RGB (H, W, 3), uint8."""
     if message.encoding not in IMAGE_ENCODINGS:
         raise ConversionError(f'image: expected encoding {", ".join(IMAGE_ENCODINGS)}, '
                               f'found "{message.encoding}"')
@@ -78,7 +83,7 @@ def image_to_rgb(message: Image) -> NDArray[np.uint8]:
     pixels: NDArray[np.uint8] = np.ndarray(
         (message.height, message.width, size), np.uint8, message.data,
         strides=(message.step, size, 1))
-    return np.ascontiguousarray(pixels[..., channels])
+    return pixels[..., channels]
 
 
 def cloud_to_xyz(message: PointCloud2) -> NDArray[np.float32]:
@@ -153,27 +158,38 @@ def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud
     """
     header = Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id)
     height, width = capture.image.shape[:2]
-    rgba = np.full((height, width, 4), 255, np.uint8)
-    rgba[..., :3] = capture.image
+    pixels = np.ascontiguousarray(capture.image)
     points = np.empty((height, width, 4), np.float32)
-    points[..., :3] = capture.cloud
     # The bytes of the uint32 field "rgba" are blue, green, red, alpha.
-    points[..., 3] = np.ascontiguousarray(rgba[..., (2, 1, 0, 3)]).view(np.float32)[..., 0]
+    colours = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGRA).view(np.float32)
+    cv2.mixChannels([np.ascontiguousarray(capture.cloud), colours], [points],
+                    [0, 0, 1, 1, 2, 2, 3, 3])
     K, camera = capture.camera.K, capture.camera
     P = np.column_stack((K, np.zeros(3)))
     model = 'rational_polynomial' if len(camera.distortion) == 8 else 'plumb_bob'
-    return (
-        Image(header=header, height=height, width=width, encoding='rgba8', step=4 * width,
-              data=array('B', rgba.tobytes())),
-        CameraInfo(header=header, height=height, width=width, distortion_model=model,
-                   d=camera.distortion.tolist(), k=K.ravel(), r=np.eye(3).ravel(), p=P.ravel()),
-        PointCloud2(
-            header=header, height=height, width=width, point_step=16, row_step=16 * width,
-            fields=[PointField(name=name, offset=4 * index, count=1, datatype=kind)
-                    for index, (name, kind) in enumerate((
-                        ('x', PointField.FLOAT32), ('y', PointField.FLOAT32),
-                        ('z', PointField.FLOAT32), ('rgba', PointField.UINT32)))],
-            is_dense=False, data=array('B', points.tobytes())))
+    image = Image(header=header, height=height, width=width, encoding='rgba8', step=4 * width)
+    set_data(image, cv2.cvtColor(pixels, cv2.COLOR_RGB2RGBA))
+    info = CameraInfo(header=header, height=height, width=width, distortion_model=model,
+                      d=camera.distortion.tolist(), k=K.ravel(), r=np.eye(3).ravel(),
+                      p=P.ravel())
+    cloud = PointCloud2(
+        header=header, height=height, width=width, point_step=16, row_step=16 * width,
+        fields=[PointField(name=name, offset=4 * index, count=1, datatype=kind)
+                for index, (name, kind) in enumerate((
+                    ('x', PointField.FLOAT32), ('y', PointField.FLOAT32),
+                    ('z', PointField.FLOAT32), ('rgba', PointField.UINT32)))],
+        is_dense=False)
+    set_data(cloud, points)
+    return image, info, cloud
+
+
+def snr_to_message(capture: Capture) -> Image:
+    """The signal-to-noise ratio of a capture that has one, as the vendor's node sends it."""
+    assert capture.snr is not None
+    height, width = capture.snr.shape
+    return Image(header=Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id),
+                 height=height, width=width, encoding='32FC1', step=4 * width,
+                 data=array('B', capture.snr.astype('<f4').tobytes()))
 
 
 def pose_to_matrix(message: Pose) -> Array:
@@ -183,6 +199,30 @@ def pose_to_matrix(message: Pose) -> Array:
         return pose_matrix(np.array((p.x, p.y, p.z)), np.array((q.x, q.y, q.z, q.w)))
     except ValueError as error:
         raise ConversionError(str(error)) from error
+
+
+def joints_to_matrix(message: JointState, robot: str) -> Array:
+    """T_base_flange (4, 4) of a robot whose joints are among those of the message."""
+    try:
+        return flange_pose(robot, order_joints(message.name, message.position))
+    except ValueError as error:
+        raise ConversionError(f'joint_states: {error}') from error
+
+
+def lbr_state_to_matrix(message: Any, robot: str) -> tuple[int, Array]:
+    """Controller time [ns] and T_base_flange (4, 4) of an lbr_fri_idl/LBRState."""
+    try:
+        pose = flange_pose(robot, np.array(message.measured_joint_position, np.float64))
+    except ValueError as error:
+        raise ConversionError(f'lbr_state: {error}') from error
+    return int(message.time_stamp_sec) * 10**9 + int(message.time_stamp_nano_sec), pose
+
+
+def transform_to_matrix(message: Transform) -> Array:
+    """The 4x4 transform of a tf2 transform."""
+    t = message.translation
+    return pose_to_matrix(Pose(position=Point(x=t.x, y=t.y, z=t.z),
+                               orientation=message.rotation))
 
 
 def pose_to_message(stamp_ns: int, frame_id: str, T_frame_body: Array) -> PoseStamped:
@@ -203,6 +243,29 @@ def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
         return ExtruderSample(stamp_to_ns(message.header.stamp), False, math.nan, math.nan)
     return ExtruderSample(stamp_to_ns(message.header.stamp), bool(message.extruding),
                           message.plunger_velocity, message.flow_rate)
+
+
+def extruder_to_message(stamp_ns: int, motion: PlungerMotion,
+                        error_status: int = 0) -> ExtrusionState:
+    """The extruder's state as a message."""
+    return ExtrusionState(
+        header=Header(stamp=ns_to_stamp(stamp_ns)), extruding=motion.extruding,
+        plunger_velocity=motion.velocity, plunger_position=motion.position,
+        flow_rate=motion.flow_rate, error_status=error_status,
+        position_uncertain=motion.position_uncertain)
+
+
+def joint_motion(message: JointState, joint: str) -> tuple[float, float]:
+    """Velocity [m/s] and position [m] of a prismatic joint; NaN = not told."""
+    if joint not in message.name:
+        raise ConversionError(f'{joint}: expected this joint, '
+                              f'found {", ".join(message.name) or "none"}')
+    index = list(message.name).index(joint)
+    velocity, position = (float(values[index]) if len(values) > index else float('nan')
+                          for values in (message.velocity, message.position))
+    if not np.isfinite(velocity):
+        raise ConversionError(f'{joint}: expected a velocity, found none')
+    return velocity, position
 
 
 def path_to_message(path: DepositionPath, frame_id: str) -> DepositionPathMsg:
@@ -234,9 +297,14 @@ def path_from_message(message: DepositionPathMsg) -> DepositionPath:
 
 
 def path_to_nav(path: DepositionPath, frame_id: str) -> Path:
-    """A path for RViz and Foxglove: positions, each with its time; orientation is not known."""
+    """A path for RViz and Foxglove: positions, each with its time; orientation is not known.
+
+    Of a long path only every n-th point, and the last: a pose is a slow thing in Python.
+    """
+    shown = np.arange(len(path) - 1, -1, -(len(path) // NAV_POSES + 1))[::-1]
     poses = []
-    for time, (x, y, z) in zip(path.time.tolist(), path.points.tolist(), strict=True):
+    for time, (x, y, z) in zip(path.time[shown].tolist(), path.points[shown].tolist(),
+                               strict=True):
         stamp = ns_to_stamp(path.start_ns + round(time * 1e9))
         poses.append(PoseStamped(header=Header(stamp=stamp, frame_id=frame_id),
                                  pose=Pose(position=Point(x=x, y=y, z=z))))
@@ -259,6 +327,7 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
         thickness_q1=summary.thickness_q1, thickness_median=summary.thickness_median,
         thickness_q3=summary.thickness_q3, coverage=summary.coverage,
         gap_count=summary.gap_count, gap_length=summary.gap_length,
+        offset_mean=summary.offset_mean, offset_rms=summary.offset_rms,
         processing_time=profile.processing_time)
 
 

@@ -14,13 +14,12 @@ from bpc_perception.conversions import (
     ConversionError,
     extruder_from_message,
     path_from_message,
-    pose_to_matrix,
-    stamp_to_ns,
 )
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.path_assembly import PrintTracker
 from bpc_perception.core.session import HandEye, Result, Session
+from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.recording import find_topic, find_topics
 
 logger = logging.getLogger(__name__)
@@ -36,20 +35,22 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
     Raises BagError when a topic that is needed is missing.
     """
     names = find_topics(bag, topics.CAMERA)
-    assembled = not any(topic.endswith(topics.POSE) for topic in bag.topics) and any(
+    poses = FlangePoses(recorder.pose, recorder.base_frame)
+    assembled = not any(topic.endswith(poses.topic) for topic in bag.topics) and any(
         topic.endswith(topics.PATH) for topic in bag.topics)
     if assembled:
         names[find_topic(bag, topics.PATH, topics.RESULTS[topics.PATH])] = topics.PATH
     else:
-        names |= find_topics(bag, topics.PRINT)
+        names |= find_topics(bag, {poses.topic: poses.message_class,
+                                   topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]})
     tip = np.array(recorder.nozzle_offset)
     tracker, pairer, session = PrintTracker(recorder.path), CapturePairer(), Session(
         config, hand_eye)
-    for topic, _, message in bag.messages(set(names)):
+    for topic, log_ns, message in bag.messages(set(names)):
         name = names[topic]
         try:
-            if name == topics.POSE:
-                stamp_ns, pose = stamp_to_ns(message.header.stamp), pose_to_matrix(message.pose)
+            if name == poses.topic:
+                stamp_ns, pose = poses.read(message, log_ns)
                 tracker.add_pose(stamp_ns, transform(pose, tip))
                 session.add_flange_pose(stamp_ns, pose)
             elif name == topics.EXTRUSION:

@@ -119,7 +119,6 @@ def summarize(results: Sequence[Result], provenance: Provenance) -> dict[str, An
     assert profile is not None
     assert result.advice is not None
     statistics = profile.summary
-    offset = (profile.left - profile.right)[profile.status == Status.MEASURED] / 2
     content = {
         **_capture(result),
         'method': profile.method,
@@ -134,7 +133,9 @@ def summarize(results: Sequence[Result], provenance: Provenance) -> dict[str, An
         'gap_length_mm': statistics.gap_length * MM,
         'gaps': [{'start_mm': start, 'end_mm': end}
                  for start, end in (profile.gaps * MM).tolist()],
-        'offset_mean_mm': float(offset.mean()) * MM if len(offset) else math.nan,
+        'offset_mean_mm': statistics.offset_mean * MM,
+        'offset_rms_mm': statistics.offset_rms * MM,
+        'warnings': [result.warning] if result.warning else [],
         'advice': _advice(result.advice),
         'captures': [_capture(result) for result in results],
         'bag': provenance.bag,

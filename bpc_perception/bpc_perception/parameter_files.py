@@ -7,7 +7,14 @@ from typing import Any
 
 import yaml
 
-from bpc_perception.core.config import ConfigType, flatten, replace_flat
+from bpc_perception.core.config import (
+    Config,
+    ConfigError,
+    ConfigType,
+    flatten,
+    RecorderConfig,
+    replace_flat,
+)
 
 SIZE_LIMIT = 1_000_000
 
@@ -25,17 +32,39 @@ def configure(default: ConfigType, node: str, file: str | Path | None) -> Config
         ParameterFileError: the file cannot be read or has another form.
         ConfigError: a value does not fit.
     """
+    return replace_flat(default, given_values(default, node, file))
+
+
+def given_values(default: Config, node: str, file: str | Path | None) -> dict[str, Any]:
+    """What a parameter file says of a node's parameters, by dotted name; checked by nobody yet.
+
+    Raises ParameterFileError.
+    """
     if file is None:
-        return default
+        return {}
     known = {name for name, _, _ in flatten(default)}
-    values = {}
+    values: dict[str, Any] = {}
     for selector, parameters in _sections(Path(file)).items():
         flat = dict(_flat(parameters))
         if selector.strip('/') == '**':
             values.update({name: value for name, value in flat.items() if name in known})
         elif selector.rsplit('/', 1)[-1] == node:  # in whatever namespace
             values.update(flat)
-    return replace_flat(default, values)
+    return values
+
+
+def live_recorder(file: str | Path | None) -> RecorderConfig:
+    """The path recorder's configuration for a real printer, whose nozzle has to be said.
+
+    Raises what ``configure`` raises, and ConfigError where nothing says ``nozzle_offset``: the
+    default would measure beside the bead without a word.
+    """
+    config = configure(RecorderConfig(), 'path_recorder', file)
+    if 'nozzle_offset' not in given_values(config, 'path_recorder', file):
+        raise ConfigError('nozzle_offset: expected the nozzle tip in the flange frame among the '
+                          'parameters of path_recorder, found none; "bpc calibrate nozzle" '
+                          'finds it')
+    return config
 
 
 def _sections(path: Path) -> dict[str, dict[str, Any]]:

@@ -6,11 +6,17 @@ from collections.abc import Iterator
 import logging
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from bpc_perception import topics
 from bpc_perception.bag import Bag, BagError
 from bpc_perception.capture_pairing import CapturePairer
 from bpc_perception.conversions import ConversionError
 from bpc_perception.core.capture import Capture
+from bpc_perception.core.config import PoseConfig
+from bpc_perception.core.geometry import Array
+from bpc_perception.flange_poses import FlangePoses
 
 logger = logging.getLogger(__name__)
 
@@ -32,6 +38,28 @@ def find_topic(bag: Bag, name: str, message_class: Any) -> str:
 def find_topics(bag: Bag, wanted: dict[str, Any]) -> dict[str, str]:
     """The recorded topic of each relative name: recorded name to relative name."""
     return {find_topic(bag, name, kind): name for name, kind in wanted.items()}
+
+
+def flange_poses(bag: Bag, config: PoseConfig, base_frame: str) -> tuple[NDArray[np.int64], Array]:
+    """Stamps (N,) [ns] and T_base_flange (N, 4, 4) of a recording, in order of the stamps.
+
+    Messages that are no poses are logged. Raises BagError when the source was not recorded, or
+    has no pose.
+    """
+    source = FlangePoses(config, base_frame)
+    topic = find_topic(bag, source.topic, source.message_class)
+    found = {}
+    for _, log_ns, message in bag.messages({topic}):
+        try:
+            stamp_ns, pose = source.read(message, log_ns)
+        except ConversionError as error:
+            logger.warning('%s', error)
+            continue
+        found[stamp_ns] = pose
+    if not found:
+        raise BagError(f'{bag.path}: expected poses of the flange on {topic}, found none')
+    stamps = sorted(found)
+    return np.array(stamps, np.int64), np.stack([found[stamp] for stamp in stamps])
 
 
 def captures(bag: Bag) -> Iterator[tuple[int, Capture]]:

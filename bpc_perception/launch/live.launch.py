@@ -1,10 +1,11 @@
-"""The nodes on a real printer's topics; robot and extruder publish by themselves."""
+"""The nodes on a real printer's topics; the robot publishes by itself."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
 
+from bpc_perception.parameter_files import live_recorder
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
@@ -20,6 +21,7 @@ TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
 # What the nodes subscribe to, by the launch argument that names another topic for it.
 TOPICS = {
     'pose_topic': 'end_effector_pose',
+    'joint_states_topic': 'joint_states',
     'extrusion_topic': 'extrusion_state',
     'image_topic': 'color/image_color',
     'camera_info_topic': 'color/camera_info',
@@ -31,23 +33,33 @@ def nodes(context: LaunchContext) -> list[Node]:
     """The nodes that the arguments ask for."""
     given = {name: LaunchConfiguration(name).perform(context) for name in (
         'params_file', 'hand_eye_file', 'namespace', 'use_sim_time', 'camera',
-        'camera_settings_file', *TOPICS)}
+        'camera_settings_file', 'extruder', *TOPICS)}
+    live_recorder(given['params_file'] or None)  # refuses to start without a nozzle offset
     parameters = [given['params_file']] if given['params_file'] else []
     parameters.append({'use_sim_time': given['use_sim_time'] == 'true'})
     remappings = [(topic, given[argument]) for argument, topic in TOPICS.items()
                   if given[argument] != topic]
     common = {'namespace': given['namespace'], 'remappings': remappings, 'output': 'screen'}
-    started = [
-        Node(package='bpc_perception', executable='path_recorder', name='path_recorder',
-             parameters=parameters, **common),
-        Node(package='bpc_perception', executable='thickness', name='thickness',
-             parameters=[*parameters, {'hand_eye_file': given['hand_eye_file']}], **common),
-    ]
+    started = [Node(package='bpc_perception', executable='path_recorder', name='path_recorder',
+                    parameters=parameters, **common)]
+    parameters = [*parameters, {'hand_eye_file': given['hand_eye_file']}]
+    if given['camera'] in ('driver', 'zivid'):  # two nodes, which have their own names
+        chosen = [] if given['camera'] == 'driver' else [
+            {'back_end': 'zivid', 'settings_file': given['camera_settings_file']}]
+        started.append(Node(package='bpc_perception', executable='composed',
+                            parameters=[*parameters, *chosen], additional_env=TRANSPORT,
+                            **common))
+    else:
+        started.append(Node(package='bpc_perception', executable='thickness', name='thickness',
+                            parameters=parameters, **common))
     if given['camera'] == 'vendor':
         started.append(Node(
             package='zivid_camera', executable='zivid_camera', name='zivid_camera',
             parameters=[*parameters, {'settings_file_path': given['camera_settings_file']}],
             additional_env=TRANSPORT, **common))
+    if given['extruder'] == 'bridge':
+        started.append(Node(package='bpc_perception', executable='extruder_bridge',
+                            name='extruder_bridge', parameters=parameters, **common))
     return started
 
 
@@ -55,20 +67,25 @@ def generate_launch_description() -> LaunchDescription:
     """Arguments, then nodes."""
     return LaunchDescription([
         DeclareLaunchArgument(
-            'hand_eye_file', description='Hand-eye calibration (easy_handeye2 .calib).'),
+            'hand_eye_file', description='Hand-eye calibration.'),
         DeclareLaunchArgument(
-            'params_file', default_value='', description='ROS parameter file; empty = defaults.'),
+            'params_file', description='ROS parameter file; it has to say the nozzle_offset.'),
         DeclareLaunchArgument(
             'namespace', default_value='', description='Namespace of all nodes.'),
         DeclareLaunchArgument(
             'use_sim_time', default_value='false', choices=('true', 'false'),
             description='Whether time comes from /clock.'),
         DeclareLaunchArgument(
-            'camera', default_value='none', choices=('none', 'vendor'),
-            description='vendor = start zivid_camera; none = the camera publishes already.'),
+            'camera', default_value='none', choices=('none', 'vendor', 'driver', 'zivid'),
+            description='none = the camera publishes already; vendor = start zivid_camera; '
+                        'driver = our camera driver, in the process of the thickness node; '
+                        'zivid = the same with that back end.'),
         DeclareLaunchArgument(
             'camera_settings_file', default_value='',
-            description='With camera:=vendor: its capture settings (.yml).'),
+            description='With camera:=vendor and camera:=zivid: capture settings (.yml).'),
+        DeclareLaunchArgument(
+            'extruder', default_value='none', choices=('none', 'bridge'),
+            description='bridge = start extruder_bridge; none = extrusion_state is published.'),
         *(DeclareLaunchArgument(argument, default_value=topic,
                                 description=f'The topic to use for {topic}.')
           for argument, topic in TOPICS.items()),

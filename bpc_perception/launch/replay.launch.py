@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -16,14 +15,7 @@ from launch.actions import (
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration, ThisLaunchFileDir
-from launch_ros.actions import Node
-
-import bpc_perception
-
-# Shared memory with room for a capture; a user's own file wins. Read under either name.
-TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
-             for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-             if name not in os.environ}
+from launch_ros.actions import Node, SetParameter
 
 
 def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
@@ -41,13 +33,13 @@ def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         parameters=[*files, {'bag': str(bag), 'rate': float(given['rate']),
                              'loop': given['loop'] == 'true'}])
     return [
+        SetParameter('back_end', 'bag'),
+        SetParameter('bag', str(bag)),
         IncludeLaunchDescription(
             [ThisLaunchFileDir(), '/live.launch.py'],
             launch_arguments={
                 'hand_eye_file': hand_eye, 'params_file': params, 'use_sim_time': 'true',
-                'namespace': given['namespace']}.items()),
-        Node(executable='camera_driver', name='camera_driver', additional_env=TRANSPORT, **common,
-             parameters=[*files, {'back_end': 'bag', 'bag': str(bag), 'use_sim_time': True}]),
+                'camera': 'driver', 'namespace': given['namespace']}.items()),
         player,
         RegisterEventHandler(OnProcessExit(
             target_action=player,
@@ -61,7 +53,7 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument('bag', description='Recording: a rosbag2 folder.'),
         DeclareLaunchArgument(
             'hand_eye_file', default_value='',
-            description='Hand-eye calibration (easy_handeye2 .calib); empty = hand_eye.calib in '
+            description='Hand-eye calibration; empty = hand_eye.calib in '
                         'the recording.'),
         DeclareLaunchArgument(
             'params_file', default_value='',

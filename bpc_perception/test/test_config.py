@@ -39,7 +39,7 @@ def another(parameter: Parameter, value: Any) -> Any:
     if isinstance(value, str):
         return f'{value}x'
     if isinstance(value, tuple):
-        return tuple(item + 0.1 for item in value)
+        return tuple(item + (1 if isinstance(item, int) else 0.1) for item in value)
     assert parameter.minimum is not None
     assert parameter.maximum is not None
     if isinstance(value, int):

@@ -1,10 +1,11 @@
-"""Calibration files of easy_handeye2, and what is none."""
+"""Calibration files of each form, and what is none."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from bpc_perception.handeye import HandEyeError, load_hand_eye, SIZE_LIMIT
+from bpc_perception.core.session import HandEye
+from bpc_perception.handeye import HandEyeError, load_hand_eye, save_hand_eye, SIZE_LIMIT
 import numpy as np
 import pytest
 
@@ -48,27 +49,104 @@ def good_without(*lines: str) -> str:
     (GOOD.format(mount='[eye_on_base]'), r'expected .*eye_on_base or eye_in_hand, found \['),
     (GOOD.format(mount='eye_on_base').replace('w: 0.7', 'w: 0.1'), r'.*length 1, found 0.71'),
     (GOOD.format(mount='eye_on_base').replace('0.70710678', '0.0'), r'.*length 1, found 0$'),
-    (GOOD.format(mount='eye_on_base').replace('x: 0.1', 'x: .nan'), r'expected .*finite'),
+    (GOOD.format(mount='eye_on_base').replace('x: 0.1', 'x: .nan'), r'pose: expected finite'),
     (GOOD.format(mount='eye_on_base').replace('x: 0.1', 'x: near'), r'expected .*found'),
     (GOOD.format(mount='eye_on_base').replace('x: 0.1, ', ''), r"expected .*found: 'x'"),
     (GOOD.format(mount='eye_on_base').replace('{x: 0.1, y: -0.2, z: 1}', '[1, 2, 3]'),
-     r'expected translation x, y, z'),
-    ('', r'expected an easy_handeye2 calibration'),
-    ('some words', r'expected an easy_handeye2 calibration'),
-    ('- a list', r'expected an easy_handeye2 calibration'),
+     r'expected numbers x, y, z, found'),
+    (GOOD.format(mount='eye_on_base').replace('x: 0.1', 'x: 700'),
+     r'expected a camera within 5 m .*found 700.* millimetres'),
+    ('', r'expected a calibration .* transform, .*, found NoneType'),
+    ('some words', r'expected a calibration .* transform, .*, found str'),
+    ('- a list', r'expected a calibration .* transform, .*, found list'),
+    ('pose: {x: 1}', r'expected a calibration .* transform, .*, found pose'),
     ('a: [1, 2', r'expected a readable YAML file, found: '),
     ('a: 2024-99-99', r'expected a readable YAML file, found: '),
     ('!!python/object:os.system {}', r'expected a readable YAML file, found: '),
     (b'\xff\xfe\x00\x01', r'expected a readable YAML file, found: '),
     ('[' * 5000, r'expected a readable YAML file, found: '),
     ('#' * (SIZE_LIMIT + 1), rf'expected a calibration, found {SIZE_LIMIT + 1} bytes'),
-], ids=range(20))
+], ids=range(22))
 def test_what_is_no_calibration_is_refused_naming_both(tmp_path: Path, text: str | bytes,
                                                        expected: str) -> None:
     file = written(tmp_path, text)
     with pytest.raises(HandEyeError, match=rf'^{file}: {expected}') as refused:
         load_hand_eye(file)
     assert '\n' not in str(refused.value)
+
+
+# The same pose in the other forms; a quarter turn about z, and 0.1, -0.2, 1 m.
+LEGACY = """\
+parameters: {{eye_on_hand: {in_hand}, robot_base_frame: lbr_link_0, tracking_base_frame: camera}}
+transformation: {{x: 0.1, y: -0.2, z: 1, qx: 0.0, qy: 0.0, qz: 0.70710678, qw: 0.70710678}}
+"""
+ZIVID = """\
+__version__: {{serializer: 1, data: 1}}
+FloatMatrix:
+  Data: [[0, -1, 0, {x}], [1, 0, 0, {y}], [0, 0, 1, {z}], [0, 0, 0, 1]]
+"""
+IN_MM = ZIVID.format(x=100, y=-200, z=1000) + 'calibration_type: eye_in_hand\nunit: mm\n'
+PLAIN = """\
+calibration_type: eye_on_base
+unit: m
+xyz: [0.1, -0.2, 1]
+quaternion: [0, 0, 0.70710678, 0.70710678]
+"""
+POSE = ((0, -1, 0, 0.1), (1, 0, 0, -0.2), (0, 0, 1, 1), (0, 0, 0, 1))
+
+
+@pytest.mark.parametrize(('text', 'on_base'), [
+    (LEGACY.format(in_hand='true'), False),
+    (LEGACY.format(in_hand='false'), True),
+    (IN_MM, False),
+    (IN_MM.replace('FloatMatrix:\n  Data', 'Data'), False),
+    (ZIVID.format(x=0.1, y=-0.2, z=1) + 'calibration_type: eye_on_base\nunit: m\n', True),
+    (PLAIN, True),
+    (PLAIN.replace('unit: m', 'unit: mm').replace('[0.1, -0.2, 1]', '[100, -200, 1000]'), True),
+], ids=range(7))
+def test_other_forms_are_read(tmp_path: Path, text: str, on_base: bool) -> None:
+    found = load_hand_eye(written(tmp_path, text))
+    assert found.on_base == on_base
+    np.testing.assert_allclose(found.T_parent_camera, POSE, atol=1e-8)
+
+
+@pytest.mark.parametrize(('text', 'expected'), [
+    (LEGACY.format(in_hand='maybe'), r"expected eye_on_hand true or false, found 'maybe'"),
+    (LEGACY.format(in_hand='true').replace('qz: 0.7', 'q: 0.7'), r"expected numbers .*found: 'qz"),
+    (LEGACY.format(in_hand='true').replace('eye_on_hand', 'eye'),
+     r'expected .*parameters\.eye_on_hand, found none'),
+    (IN_MM.replace('unit: mm\n', ''), r'expected unit m or mm, found none'),
+    (IN_MM.replace('unit: mm', 'unit: inch'), r"expected unit m or mm, found 'inch'"),
+    (IN_MM.replace('unit: mm', 'unit: m'), r'expected a camera within 5 m .*millimetres'),
+    (IN_MM.replace('calibration_type: eye_in_hand\n', ''),
+     r'expected calibration_type eye_on_base or eye_in_hand, found none'),
+    (IN_MM.replace('[0, -1, 0,', '[0, -1.1, 0,'), r'expected a rotation .*none by 0.21'),
+    (IN_MM.replace('[0, -1, 0,', '[0, 1, 0,'), r'expected a rotation .*mirrors'),
+    (IN_MM.replace('[0, 0, 0, 1]', '[0, 0, 0, 2]'), r'expected Data to end with 0 0 0 1'),
+    (IN_MM.replace(', [0, 0, 0, 1]', ''), r'expected Data with 4 x 4 .*found 3 x 4'),
+    (IN_MM.replace('[0, 0, 0, 1]', '[0, 0, 0]'), r'expected Data with 4 x 4 numbers'),
+    (IN_MM.replace('-200', '.nan'), r'expected Data with 4 x 4 finite'),
+    (PLAIN.replace('unit: m\n', ''), r'expected unit m or mm, found none'),
+    (PLAIN.replace('[0.1, -0.2, 1]', '[0.1, -0.2]'), r'expected xyz as a list of 3 numbers'),
+    (PLAIN.replace('quaternion:', 'rotation:'), r'expected quaternion as a list.*found None'),
+    (PLAIN.replace('0.1', 'near'), r'expected numbers .*found: .*near'),
+    (PLAIN.replace('0.70710678]', '0.1]'), r'.*length 1, found 0.71'),
+], ids=range(18))
+def test_other_forms_are_refused_naming_both(tmp_path: Path, text: str, expected: str) -> None:
+    file = written(tmp_path, text)
+    with pytest.raises(HandEyeError, match=rf'^{file}: {expected}') as refused:
+        load_hand_eye(file)
+    assert '\n' not in str(refused.value)
+
+
+@pytest.mark.parametrize('on_base', [True, False])
+def test_what_is_saved_is_loaded_again(tmp_path: Path, on_base: bool) -> None:
+    file = tmp_path / 'new.calib'
+    save_hand_eye(file, HandEye(on_base, np.array(POSE, float)), 'cell', 'base', 'ee', 'camera')
+    found = load_hand_eye(file)
+    assert found.on_base == on_base
+    np.testing.assert_allclose(found.T_parent_camera, POSE, atol=1e-12)
+    assert [each.name for each in tmp_path.iterdir()] == ['new.calib']
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

@@ -5,14 +5,18 @@ from __future__ import annotations
 from array import array
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 import signal
 import subprocess
 import sys
+from threading import Event
 from typing import Any
 
 from bpc_perception.core.config import ConfigError, parameters_of, ThicknessConfig
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.growing_path import GrowingPath
 import numpy as np
 from perception_builders import (
     band_image,
@@ -29,6 +33,7 @@ import pytest
 pytest.importorskip('rclpy')
 from bpc_perception.bag import Bag, BagError, BagWriter
 from bpc_perception.conversions import (
+    capture_from_messages,
     capture_to_messages,
     ns_to_stamp,
     path_from_message,
@@ -37,6 +42,7 @@ from bpc_perception.conversions import (
     pose_to_message,
     stamp_to_ns,
 )
+from bpc_perception.drivers.bag import BagCamera
 from bpc_perception.handeye import HandEyeError
 from bpc_perception.nodes.camera_driver import CameraDriverNode
 from bpc_perception.nodes.path_recorder import PathRecorderNode
@@ -49,7 +55,12 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from bpc_interfaces.msg import ExtrusionState, RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import (
+    DepositionPathUpdate,
+    ExtrusionState,
+    RateAdvice,
+    ThicknessProfile,
+)
 from bpc_perception import topics
 
 pytestmark = pytest.mark.ros
@@ -176,6 +187,19 @@ def test_a_late_subscriber_still_gets_the_path(graph: Any) -> None:
         topics.RESULTS[topics.PATH], topics.PATH, late.append, topics.PATH_QOS)
     bench.until(lambda: late)
     assert late[-1] == known
+
+
+def test_updates_make_up_the_path(graph: Any) -> None:
+    bench = recorder(graph)
+    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.PATH_UPDATE_QOS)
+    whole = path_from_message(print_line(bench)[-1])
+    growing = GrowingPath(whole.print_id, whole.start_ns)
+    bench.until(lambda: updates[-1].path.complete_until == whole.complete_until)
+    assert updates[0].first == 0
+    assert max(len(update.path.x) for update in updates) < len(whole)
+    assert all(growing.extend(update.first, path_from_message(update.path))
+               for update in updates)
+    np.testing.assert_array_equal(growing.path().points, whole.points)
 
 
 def test_viewers_get_the_path_too(graph: Any) -> None:
@@ -317,6 +341,47 @@ def test_a_capture_waits_for_the_path(graph: Any, tmp_path: Path) -> None:
     assert bench.received[topics.PROFILE] == []
     bench.send(topics.PATH, PATH)
     assert_profile_comes(bench, STAMP)
+
+
+def test_a_deposit_beside_its_path_is_warned_of(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, path_to_message(pixel_path((40, 59), (120, 59), 81), BASE))
+    bench.send_capture(STAMP)
+    bench.until(lambda: any('offset: ' in status.message for status in bench.statuses))
+    profile, = bench.received[topics.PROFILE]
+    # The band's middle is at v = 55, and smaller v is to the left of travel along u.
+    assert profile.offset_mean == pytest.approx(4 * PIXEL, abs=PIXEL / 2)
+    assert profile.offset_rms == pytest.approx(4 * PIXEL, abs=PIXEL / 2)
+
+
+def test_the_newest_of_captures_is_measured_and_the_others_are_counted(graph: Any,
+                                                                       tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, PATH)
+    bench.until(lambda: bench.node._session._path)
+    turns = [bench.node.hand_over(capture_of(band_image(), STAMP + number * SECOND))
+             for number in range(3)]
+    assert not turns[0].is_set()
+    assert_profile_comes(bench, STAMP + 2 * SECOND)
+    assert all(turn.is_set() for turn in turns)
+    bench.until(lambda: bench.diagnosed('captures skipped for newer ones') == '2')
+    assert bench.diagnosed('captures') == '3'
+    assert bench.statuses[-1].level == DiagnosticStatus.OK
+
+
+def test_a_path_in_parts_is_as_good(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    path = path_from_message(PATH)
+    half = path.until(STAMP - 9 * SECOND - SECOND // 2)
+    rest = path.where(np.arange(len(path)) >= len(half))
+    assert len(half) > 10 < len(rest)
+    bench.send_capture(STAMP)
+    for first, part in ((0, replace(half, complete_until=0.5, finished=False)),
+                        (len(half), rest)):
+        bench.send(topics.PATH_UPDATE, DepositionPathUpdate(
+            first=first, path=path_to_message(part, BASE)), kind=DepositionPathUpdate,
+            qos=topics.PATH_UPDATE_QOS)
+    assert len(assert_profile_comes(bench, STAMP).x) == len(path)
 
 
 def test_in_hand_poses_place_the_camera(graph: Any, tmp_path: Path) -> None:
@@ -560,6 +625,49 @@ def test_a_capture_can_be_asked_for(graph: Any, tmp_path: Path) -> None:
     assert bench.diagnosed('captures') == '2'
 
 
+def test_a_capture_is_handed_over_before_it_is_published(graph: Any, tmp_path: Path) -> None:
+    order: list[str] = []
+
+    class Turn(Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            order.append('waited' if timeout else 'went on')
+            return True
+
+    def hand_over(capture: Any) -> Event:
+        order.append(f'handed over {(capture.stamp_ns - START_NS) // SECOND}')
+        return Turn()
+
+    bag = recording(tmp_path, 2)
+    bench = Bench(graph, partial(CameraDriverNode, hand_over), back_end='bag', bag=bag, rate=0.0)
+    bench.until(lambda: len(order) == 4)  # though nobody listens
+    assert order == ['handed over 0', 'went on', 'handed over 1', 'went on']
+    order.clear()
+    images = bench.listen(topics.IMAGE, topics.CAMERA[topics.IMAGE], topics.CAMERA_QOS)
+    bench.node._camera = BagCamera(Bag(bag))
+    bench.until(lambda: len(images) == 2)
+    assert order == ['handed over 0', 'waited', 'handed over 1', 'waited']
+
+
+def test_a_region_of_captures_keeps_its_place(graph: Any, tmp_path: Path) -> None:
+    region = [21, 40, 110, 33]
+    bench = Bench(graph, CameraDriverNode, back_end='bag', bag=recording(tmp_path, 2),
+                  region=region)
+    for name in topics.CAMERA:
+        bench.listen(name, topics.CAMERA[name], topics.CAMERA_QOS)
+    bench.until(lambda: all(len(bench.received[name]) == 2 for name in topics.CAMERA))
+    whole = capture_of(band_image(), START_NS)
+    part = capture_from_messages(*(bench.received[name][0] for name in topics.CAMERA))
+    assert part.image.tolist() == whole.image[40:73, 21:131].tolist()
+    np.testing.assert_array_equal(part.cloud, whole.cloud[40:73, 21:131])
+    # A point is seen at the pixel at which it lies in the cloud.
+    np.testing.assert_allclose(part.camera.pixels(part.cloud[12, 34].astype(float)), (34, 12),
+                               atol=1e-3)
+    bench.node.set_parameters([Parameter('region', value=[100, 0, 61, 10])])
+    bench.node._camera = BagCamera(Bag(recording(tmp_path / 'again', 1)))
+    bench.until(lambda: bench.diagnosed('refused: region') == '1')
+    assert bench.diagnosed('last refusal').endswith('found 61 x 10 at (100, 0)')
+
+
 def test_an_unknown_back_end_is_refused(graph: Any) -> None:
     with pytest.raises(ConfigError, match=r'back_end: expected one of .*bag.* found .*webcam'):
         graph.make(CameraDriverNode, back_end='webcam')
@@ -603,6 +711,31 @@ def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, number: signal.Si
             process.kill()
     assert process.returncode == 0
     assert 'Traceback' not in errors
+
+
+TWO_NODES = """
+from bpc_perception.nodes.run import run
+from rclpy.node import Node
+
+class Failing(Node):
+    def __init__(self):
+        super().__init__('failing')
+        self.create_timer(0.1, self.fail)
+
+    def fail(self):
+        raise RuntimeError('the second node has failed')
+
+run(lambda: (Node('good'), Failing()))
+"""
+
+
+def test_of_two_nodes_in_a_process_neither_goes_on_without_the_other(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    ended = subprocess.run([sys.executable, '-c', TWO_NODES], capture_output=True, text=True,
+                           timeout=60, check=False)
+    assert ended.returncode == 1
+    assert 'RuntimeError: the second node has failed' in ended.stderr
 
 
 def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> None:

@@ -65,6 +65,15 @@ def test_of_many_incomplete_sets_only_the_newest_are_kept() -> None:
     assert made.add('cloud', 9, 'a') is not None
 
 
+def test_sets_whose_large_parts_gave_way_to_newer_ones_are_counted() -> None:
+    made = pairer()
+    for stamp in (5, 6, 7, 9):
+        made.add('info', stamp, 'a')
+    made.add('image', 6, 'a')
+    assert made.overtaken(8, 'info') == 2
+    assert made.expired(1) == [('cloud',), ('image', 'cloud')]
+
+
 def test_clear_forgets_parts() -> None:
     made = pairer()
     made.add('image', 7, 'a')

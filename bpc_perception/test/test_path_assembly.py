@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from bpc_perception.core import path_assembly
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.path import DepositionPath
@@ -333,6 +334,20 @@ def test_a_path_covers_what_is_complete(finished: bool, time: float, covered: bo
     assert path.covers(ns(time)) == covered
 
 
+def test_states_do_not_pile_up_where_no_poses_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(path_assembly, 'MAXIMUM_STATES', 100)
+    made = PathAssembler('print', START_NS, RAW)
+    for sample in states_until(100):
+        made.add_extruder(sample)
+        made.path()
+        assert len(made._states) == len(made._state_times) <= 100
+    times = np.arange(99, 99.9, 0.01)
+    for time, tip in zip(times, along_x(times), strict=True):
+        made.add_pose(ns(time), tip)
+    assert made.path().extruding.all()
+    assert len(made.path()) > 30
+
+
 # Starting and stopping
 
 def tracker_fed(config: PathConfig, poses: Array, states: list[ExtruderSample]) -> PrintTracker:
@@ -355,6 +370,35 @@ def test_a_print_starts_with_the_stamp_of_the_first_extrusion() -> None:
     np.testing.assert_allclose(path.points[0], (SPEED * 1.0, 0, 0), atol=1e-12)
     assert path.time[-1] == pytest.approx(1.49, abs=0.021)
     assert path.extruding[path.time < 0.49].all()
+
+
+@pytest.mark.parametrize('smoothing_time', [0, 0.1])
+@pytest.mark.parametrize('lag', [-0.3, 0.02, 0.3])
+def test_a_print_is_the_same_whichever_topic_is_ahead(lag: float, smoothing_time: float) -> None:
+    # Poses and states come on two topics; a busy recorder may hear of one before the other.
+    config = PathConfig(smoothing_time=smoothing_time)
+    times = np.arange(0, 3, 0.01)
+    states = [state(t, t > 0.99) for t in np.arange(0, 3, 0.02)]
+
+    def run(lag: float) -> DepositionPath:
+        tracker = PrintTracker(config)
+        events: list[tuple[float, int, Any]] = [
+            (time + lag, 0, (ns(time), tip))
+            for time, tip in zip(times, along_x(times), strict=True)]
+        events += [((sample.stamp_ns - START_NS) / SECOND, 1, sample) for sample in states]
+        for _, kind, content in sorted(events, key=lambda event: event[:2]):
+            if kind:
+                tracker.add_extruder(content)
+            else:
+                tracker.add_pose(*content)
+        path = tracker.path()
+        assert path is not None
+        return path
+
+    in_step, apart = run(0.0), run(lag)
+    assert in_step.time[0] == 0
+    assert len(in_step) > 80
+    assert numbers(apart) == numbers(in_step)
 
 
 def test_without_auto_nothing_starts_by_itself() -> None:

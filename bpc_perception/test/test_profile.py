@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from bpc_perception.core.profile import run_extents, Status
+from dataclasses import replace
+
+from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
 import numpy as np
 from perception_builders import profile_of
 import pytest
@@ -47,6 +49,29 @@ def test_a_gap_all_along_is_as_long_as_the_path() -> None:
 
 def test_what_is_not_known_splits_a_gap() -> None:
     assert profile_of([0] * 3, [GAP, NO_DATA, GAP]).summary.gap_count == 2
+
+
+def shifted(left: float, right: float) -> ThicknessProfile:
+    both = profile_of([left + right] * 4, [M, M, GAP, M])
+    return replace(both, left=np.array([left, left, NAN, right]),
+                   right=np.array([right, right, NAN, left]))
+
+
+def test_offset_is_to_the_left_and_its_root_mean_square_does_not_cancel() -> None:
+    summary = shifted(1.5e-3, 0.5e-3).summary
+    assert summary.offset_mean == pytest.approx(0.5e-3 / 3)
+    assert summary.offset_rms == pytest.approx(0.5e-3)
+
+
+@pytest.mark.parametrize(('share', 'warned'), [(0.24, True), (0.26, False)])
+def test_a_deposit_off_its_path_is_warned_of(share: float, warned: bool) -> None:
+    warning = shifted(1.5e-3, 0.5e-3).off_path(share)
+    assert bool(warning) == warned
+    assert not warned or '0.50 mm off' in warning
+
+
+def test_where_nothing_is_measured_no_offset_is_warned_of() -> None:
+    assert profile_of([0] * 3, [GAP] * 3).off_path(0.01) == ''
 
 
 def test_without_samples_everything_is_unknown() -> None:

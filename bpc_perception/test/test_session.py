@@ -88,6 +88,22 @@ def test_captures_are_measured_in_the_order_in_which_they_came() -> None:
     assert stamps(list(made.results())) == [1.5, 1.0]
 
 
+def test_of_captures_that_are_ready_the_newest_is_measured_live() -> None:
+    made = session(0.5, 1.0, 1.2, 1.5)
+    made.set_path(path(1.21))
+    assert made.skip_overtaken() == 2
+    assert stamps(list(made.results())) == [1.2]
+    made.set_path(path(1.5))
+    assert made.skip_overtaken() == 0
+    assert stamps(list(made.results())) == [1.5]
+
+
+def test_live_only_so_many_captures_wait_for_the_path() -> None:
+    made = session(*np.arange(1, 11))
+    assert made.skip_overtaken() == 10 - Session.DEPTH
+    assert stamps(list(made.results(finish=True))) == [7, 8, 9, 10]
+
+
 def test_a_finished_path_lets_later_captures_through() -> None:
     made = session(1.0, 50.0)
     made.set_path(path(1.6, finished=True))

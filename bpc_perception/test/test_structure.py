@@ -25,7 +25,7 @@ ROS = re.compile(r'^(rclpy|rosidl\w*|rpyutils|ament_\w+|\w+_(msgs|interfaces))$'
 KEYS = {'cv2': 'python3-opencv', 'hypothesis': 'python3-hypothesis', 'jinja2': 'python3-jinja2',
         'numpy': 'python3-numpy', 'pytest': 'python3-pytest', 'rich': 'python3-rich',
         'scipy': 'python3-scipy', 'typer': 'python3-typer', 'yaml': 'python3-yaml',
-        'markupsafe': 'python3-jinja2'}  # a part of it
+        'serial': 'python3-serial', 'markupsafe': 'python3-jinja2'}  # a part of it
 # Without a rosdep key for Ubuntu 24.04; bootstrap/stock.lock has them.
 WITHOUT_KEY = {'mcap', 'rosbags', 'plotly', 'apsw'}
 # Used where it is installed; it depends on this package itself.

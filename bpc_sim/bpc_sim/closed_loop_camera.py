@@ -6,6 +6,7 @@ The ink follows from where the robot was when and what the extruder was told, as
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 
 from bpc_perception.conversions import pose_to_matrix, stamp_to_ns
 from bpc_perception.core.capture import Capture
@@ -84,6 +85,10 @@ class ClosedLoopCamera:
         self._number += 1
         return render(scene, job.view, job.sensor,
                       np.random.default_rng((situation.seed, self._number)), now_ns)
+
+    def notes(self) -> Mapping[str, object]:
+        """Nothing to say."""
+        return {}
 
     def close(self) -> None:
         """Nothing is held."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from bpc_perception.core.config import Config, Parameter
 
+from bpc_sim.camera import M70_HEIGHT, M70_WIDTH
 from bpc_sim.closed_loop_job import ClosedLoopJob
 from bpc_sim.print_job import PrintJob
-from bpc_sim.scenarios import SCENARIOS, SPEED
+from bpc_sim.scenarios import camera_view, SCENARIOS, SPEED
 from bpc_sim.situations import SITUATIONS
+
+POSE_RATE = 100.0  # as the LBR stack's controller manager [Hz]
 
 
 @dataclass(frozen=True)
@@ -29,9 +32,17 @@ class SimConfig(Config):
     start_time_ns: Annotated[int, Parameter(
         'When the job starts, the same for all nodes', 'ns', 0, 2**62, read_only=True)] = 0
 
+    pose_rate: Annotated[float, Parameter(
+        'Poses that the robot sends', 'Hz', 1, 1000, read_only=True)] = POSE_RATE
+    full_size: Annotated[bool, Parameter(
+        'Captures of 1944 x 1200 pixels instead of their middle', read_only=True)] = False
+    finished: Annotated[bool, Parameter(
+        'Captures show the finished print, rendered once: for timing', read_only=True)] = False
+
     def job(self) -> PrintJob:
         """The print."""
-        return SCENARIOS[self.scenario](self.speed)
+        job = SCENARIOS[self.scenario](self.speed)
+        return replace(job, view=camera_view(M70_WIDTH, M70_HEIGHT)) if self.full_size else job
 
     def closed_loop_job(self) -> ClosedLoopJob:
         """The print that goes wrong. Raises ValueError where no situation is named."""

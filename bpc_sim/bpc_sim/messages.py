@@ -10,7 +10,6 @@ from std_msgs.msg import Header
 from bpc_interfaces.msg import ExtrusionState
 from bpc_sim.print_job import PrintJob
 
-POSE_RATE = 100.0  # as the LBR stack's controller manager [Hz]
 EXTRUDER_RATE = 50.0  # [Hz]
 
 

@@ -3,8 +3,8 @@
 Rays are met with the bed and with the bead's parabolic cross-section in closed form: in the frame
 of the path's tangent and normal a ray is a straight line, and the bead below it a parabola. On a
 curved bed a ray is straight enough over the height of a bead.
-Pixels at an edge take the mean colour of a grid of rays: edges are where geometry puts them, to
-about a hundredth of a pixel.
+Pixels take the mean colour of a grid of rays wherever there is more to see than bed: edges are
+where geometry puts them, to about a hundredth of a pixel, and so is what shines on the bead.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from bpc_sim.camera import rays, View
 from bpc_sim.deposit import Deposit
 from bpc_sim.imaging import Colour, expose, Imaging, mix
 from bpc_sim.surfaces import Plane, Surface
+
+INSIDE = 3  # rays per pixel side where a pixel sees but the bead
 
 
 @dataclass(frozen=True)
@@ -129,22 +131,31 @@ def render(scene: Scene, view: View, sensor: Sensor, rng: np.random.Generator,
         lean[:, 0], axis=1)
     edge = np.abs(footprint.margin[:, 0]) < 1.5 * pixel + hidden
     edge |= _outline(metal.reshape(shape)).ravel()
-    steps = (np.arange(sensor.supersample) + 0.5) / sensor.supersample - 0.5
-    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    fine = rays(camera, centres[edge] + grid)
-    fine_metal = np.isfinite(nozzle_depth(fine, scene, view))
-    fine_hits = _meet(scene, eye, fine @ T_surface_camera[:3, :3].T, np.zeros(fine.shape[:2]))
-    metal[edge] = fine_metal.mean(axis=1)
-    # Of what the nozzle leaves free.
-    ink[edge] = ((fine_hits.hit & ~fine_metal).sum(axis=1)
-                 / np.maximum((~fine_metal).sum(axis=1), 1))
-
     lamp = transform(T_surface_camera, np.array((0.11, 0.0, 0.0)))
-    bed_diffuse, diffuse, reflected = _lighting(scene.surface, hits, ground[:, 0], eye, lamp)
-    colour = (np.asarray(sensor.imaging.ink) * (1 - sensor.shading * (1 - diffuse))[:, None]
-              + 255 * sensor.gloss * reflected[:, None])
-    bed = np.asarray(sensor.imaging.bed) * (1 - sensor.shading * (1 - bed_diffuse))[:, None]
-    light = mix(scene.nozzle.colour, mix(colour, bed, ink), metal)
+    imaging = sensor.imaging
+    bed = np.asarray(imaging.bed) * (1 - sensor.shading * (1 - _lit_bed(
+        scene.surface, ground[:, 0], lamp)))[:, None]
+    light = mix(scene.nozzle.colour, bed, metal)
+    # Everywhere else a pixel sees one thing alone.
+    for chosen, count in ((edge, sensor.supersample), (hits.hit[:, 0] & ~edge, INSIDE)):
+        steps = (np.arange(count) + 0.5) / count - 0.5
+        grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        fine = rays(camera, centres[chosen] + grid)
+        fine_metal = np.isfinite(nozzle_depth(fine, scene, view))
+        fine_seen = fine @ T_surface_camera[:3, :3].T
+        fine_hits = _refine(scene, eye, fine_seen,
+                            _meet(scene, eye, fine_seen, np.zeros(fine.shape[:2])))
+        fine_ground = scene.surface.meet(eye, fine_seen, np.zeros(fine.shape[:2]))[0]
+        diffuse, reflected = _lit_ink(scene.surface, fine_hits, fine_ground, eye, lamp)
+        colour = (np.asarray(imaging.ink) * (1 - sensor.shading * (1 - diffuse))[..., None]
+                  + 255 * sensor.gloss * reflected[..., None])
+        fine_light = np.where(fine_hits.hit[..., None], colour, bed[chosen][:, None])
+        light[chosen] = np.where(fine_metal[..., None], scene.nozzle.colour,
+                                 fine_light).mean(axis=1)
+        metal[chosen] = fine_metal.mean(axis=1)
+        # Of what the nozzle leaves free.
+        ink[chosen] = ((fine_hits.hit & ~fine_metal).sum(axis=1)
+                       / np.maximum((~fine_metal).sum(axis=1), 1))
     image = expose(light.reshape(*shape, 3), (ink * (1 - metal)).reshape(shape),
                    sensor.imaging, rng)
 
@@ -255,28 +266,33 @@ def _outline(mask: Array) -> NDArray[np.bool_]:
     return cv2.dilate(mask8, kernel) != cv2.erode(mask8, kernel)
 
 
-def _lighting(surface: Surface, hits: Hits, ground: Array, eye: Array,
-              lamp: Array) -> tuple[Array, Array, Array]:
-    """Light that bed (N,) and bead (N,) scatter at places (N, 2), and that the bead reflects (N,).
+def _lit_bed(surface: Surface, ground: Array, lamp: Array) -> Array:
+    """Light that the bed scatters at places (N, 2); 1 = where it is level as the surface frame is.
 
-    What they scatter is relative to a bed that is level where the surface frame is; ``eye`` and
-    ``lamp`` (3,) in that frame.
+    ``lamp`` (3,) is in that frame.
     """
-    bed, diffuse, reflected = np.ones(len(ground)), np.ones(len(ground)), np.zeros(len(ground))
+    bed = np.ones(len(ground))
     hit = np.flatnonzero(np.isfinite(ground[:, 0]))
     to_lamp = _unit(lamp - surface.points(ground[hit], np.zeros(len(hit))))
     upward = surface.axes(ground[hit])[:, 2]
     bed[hit] = np.clip((upward * to_lamp).sum(axis=1) / to_lamp[:, 2], 0, None)
-    ink = np.flatnonzero(hits.hit[:, 0])
-    slope, heading = hits.slope[ink, 0], hits.heading[ink, 0]
+    return bed
+
+
+def _lit_ink(surface: Surface, hits: Hits, ground: Array, eye: Array,
+             lamp: Array) -> tuple[Array, Array]:
+    """Light that the bead scatters and reflects (N, M) over places (N, M, 2); as for the bed."""
+    diffuse, reflected = np.ones(hits.hit.shape), np.zeros(hits.hit.shape)
+    ink = hits.hit
+    slope, heading = hits.slope[ink], hits.heading[ink]
     normal = _unit(np.stack((slope * np.sin(heading), -slope * np.cos(heading),
-                             np.ones(len(ink))), axis=1))
+                             np.ones(len(slope))), axis=1))
     normal = np.einsum('ij,ijk->ik', normal, surface.axes(ground[ink]))
-    point = surface.points(ground[ink], hits.height[ink, 0])
+    point = surface.points(ground[ink], hits.height[ink])
     to_lamp, to_eye = _unit(lamp - point), _unit(eye - point)
     diffuse[ink] = np.clip((normal * to_lamp).sum(axis=1) / to_lamp[:, 2], 0, None)
     reflected[ink] = np.clip((normal * _unit(to_lamp + to_eye)).sum(axis=1), 0, None)**80
-    return bed, diffuse, reflected
+    return diffuse, reflected
 
 
 def _unit(vectors: Array) -> Array:

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 import yaml
 
 from bpc_perception import topics
-from bpc_sim.messages import extruder_message, EXTRUDER_RATE, POSE_RATE, robot_message
+from bpc_sim.config import POSE_RATE
+from bpc_sim.messages import extruder_message, EXTRUDER_RATE, robot_message
 from bpc_sim.print_job import PrintJob
 
 START_NS = 1_790_000_000_000_000_000  # an arbitrary but fixed date

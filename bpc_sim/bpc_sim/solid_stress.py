@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from bpc_perception.core.capture import Capture
+from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.core.geometry import Array, invert, transform
 import numpy as np
 from numpy.typing import NDArray
@@ -44,12 +44,15 @@ class Standpoint:
         tilt: of the view off the bed's normal there [rad].
         size: width and height of the image [pixels].
         turn: it looks from anywhere within this angle about the bed's normal [rad].
+        off_axis: it does not turn towards the print, but sees it that far from its axis. 28
+            degrees is what a Zivid 2 M70 sees at its border.
     """
 
     distance: float
     tilt: float = 0.0
     size: tuple[int, int] = (272, 272)
     turn: float = 2 * np.pi
+    off_axis: bool = False
 
     def view(self, rng: np.random.Generator) -> View:
         """The camera, towards the bed from a side that chance decides."""
@@ -58,9 +61,24 @@ class Standpoint:
         eye = self.distance * np.array((np.sin(self.tilt) * sin, -np.sin(self.tilt) * cos,
                                         np.cos(self.tilt)))
         T_base_surface = bed_pose()
+        if self.off_axis:
+            return _straight_down(eye, self.size)
         return View(zivid_m70(*self.size), look_at(
             transform(T_base_surface, eye), T_base_surface[:3, 3],
             T_base_surface[:3, :3] @ np.array((cos, sin, 0.0))))
+
+
+def _straight_down(eye: Array, size: tuple[int, int]) -> View:
+    """A view along the bed's normal from ``eye`` (3,), cut out around the bed's middle."""
+    T_base_surface = bed_pose()
+    below = eye * (1, 1, 0)
+    T_base_camera = look_at(transform(T_base_surface, eye), transform(T_base_surface, below),
+                            T_base_surface[:3, 0])
+    camera = zivid_m70(*size)
+    middle = camera.pixels(transform(invert(T_base_camera), T_base_surface[:3, 3]))
+    K = camera.K.copy()
+    K[:2, 2] += np.rint(np.array(size) / 2 - middle)
+    return View(PinholeCamera(K, np.zeros(5), *size), T_base_camera)
 
 
 @dataclass(frozen=True)
@@ -91,6 +109,7 @@ SPIRALS: dict[str, Spiral] = {
     'tilted_25_017': Spiral(Standpoint(NEAR, np.radians(25))),
     'tilted_40_017': Spiral(Standpoint(NEAR, np.radians(40))),
     'cylinder_017': Spiral(Standpoint(NEAR, np.radians(10)), CYLINDER),
+    'corner_of_view': Spiral(Standpoint(NEAR, np.radians(30), off_axis=True)),
     'flat_039': Spiral(Standpoint(FAR, size=(128, 128))),
     'tilted_25_039': Spiral(Standpoint(FAR, np.radians(25), (128, 128))),
     'tilted_40_039': Spiral(Standpoint(FAR, np.radians(40), (128, 128))),

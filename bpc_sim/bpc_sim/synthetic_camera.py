@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 from bpc_perception.core.capture import Capture
 from bpc_perception.nodes.parameters import NodeConfig
+from rclpy.clock import Clock
 from rclpy.node import Node
 
 from bpc_sim.closed_loop_camera import ClosedLoopCamera
 from bpc_sim.config import SimConfig
 from bpc_sim.print_job import PrintJob
+from bpc_sim.sample import CAMERA_LATENCY_NS
 
 
 class SyntheticCamera:
@@ -31,13 +36,38 @@ class SyntheticCamera:
         self._number += 1
         return capture
 
+    def notes(self) -> Mapping[str, object]:
+        """Nothing."""
+        return {}
+
     def close(self) -> None:
         """Nothing is held."""
 
 
+class FinishedPrintCamera(SyntheticCamera):
+    """Sees the finished print, always: what it delivers costs a copy, as with a real camera.
+
+    The stamp is from before the capture is at hand, by the time that a camera takes for it.
+    """
+
+    def __init__(self, job: PrintJob, clock: Clock) -> None:
+        super().__init__(job, 0)
+        self._clock = clock
+        self._still = job.capture(job.duration, 0)
+
+    def capture(self, now_ns: int) -> Capture:
+        """A copy, as of now."""
+        del now_ns
+        image, cloud = self._still.image.copy(), self._still.cloud.copy()
+        stamp_ns = self._clock.now().nanoseconds - CAMERA_LATENCY_NS
+        return replace(self._still, stamp_ns=stamp_ns, image=image, cloud=cloud)
+
+
 def open_camera(node: Node) -> SyntheticCamera | ClosedLoopCamera:
-    """The camera for the print that the node's parameters name."""
+    """A camera for the print that the node's parameters name."""
     config = NodeConfig(node, SimConfig()).value
     if config.situation:
         return ClosedLoopCamera(node, config.closed_loop_job())
+    if config.finished:
+        return FinishedPrintCamera(config.job(), node.get_clock())
     return SyntheticCamera(config.job(), config.start_time_ns)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 import tempfile
 import time
@@ -14,15 +13,9 @@ from bpc_sim.scenarios import SCENARIOS
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
+from launch_ros.actions import Node, SetParameter
 import yaml
 
-import bpc_perception
-
-# Shared memory with room for a capture; a user's own file wins. Read under either name.
-TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
-             for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-             if name not in os.environ}
 START_DELAY = 6.0  # until all nodes have found each other [s]
 
 
@@ -41,18 +34,17 @@ def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     settings.write_text(yaml.safe_dump(
         {f'/**/{node}': values for node, values in job_parameters.items()}))
     live = Path(get_package_share_directory('bpc_perception'), 'launch', 'live.launch.py')
+    camera = {**common, 'back_end': 'synthetic', 'rate': float(given['rate'])}
     return [
+        *(SetParameter(name, value) for name, value in camera.items()),
         IncludeLaunchDescription(
             str(live), launch_arguments={
                 'hand_eye_file': str(calibration), 'params_file': str(settings),
-                'namespace': namespace}.items()),
+                'camera': 'driver', 'namespace': namespace}.items()),
         Node(package='bpc_sim', executable='synthetic_robot', name='synthetic_robot',
              namespace=namespace, parameters=[common], output='screen'),
         Node(package='bpc_sim', executable='synthetic_extruder', name='synthetic_extruder',
              namespace=namespace, parameters=[common], output='screen'),
-        Node(package='bpc_perception', executable='camera_driver', name='camera_driver',
-             namespace=namespace, output='screen', additional_env=TRANSPORT,
-             parameters=[{**common, 'back_end': 'synthetic', 'rate': float(given['rate'])}]),
     ]
 
 

@@ -19,7 +19,7 @@ REFUSED = 2
 
 def command(*arguments: object) -> list[str]:
     """What runs `bpc` with these arguments."""
-    return [sys.executable, '-m', 'bpc_perception.cli', *(str(item) for item in arguments)]
+    return [sys.executable, '-m', 'bpc_perception', *(str(item) for item in arguments)]
 
 
 def run(*arguments: object, folder: Path | None = None) -> subprocess.CompletedProcess[str]:

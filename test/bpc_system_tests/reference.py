@@ -14,11 +14,13 @@ from bpc_perception.core.config import (
     BagRecorderConfig,
     CameraConfig,
     Config,
+    ExtruderConfig,
     flatten,
     Parameter,
     PlayerConfig,
     RecorderConfig,
     ThicknessConfig,
+    ZividConfig,
 )
 from bpc_sim.config import ControllerConfig, SimConfig
 import yaml
@@ -28,6 +30,8 @@ README = ROOT / 'README.md'
 CONFIG = ROOT / 'bpc_perception' / 'config'
 TABLES: dict[str, type[Config]] = {
     'camera_driver': CameraConfig,
+    'zivid': ZividConfig,
+    'extruder_bridge': ExtruderConfig,
     'path_recorder': RecorderConfig,
     'thickness': ThicknessConfig,
     'bag_player': PlayerConfig,
@@ -36,7 +40,8 @@ TABLES: dict[str, type[Config]] = {
     'print_controller': ControllerConfig,
 }
 FILES: dict[str, type[Config]] = {
-    node: TABLES[node] for node in ('camera_driver', 'path_recorder', 'thickness')}
+    node: TABLES[node] for node in (
+        'camera_driver', 'extruder_bridge', 'path_recorder', 'thickness')}
 TYPES = {bool: 'bool', int: 'integer', float: 'double', str: 'string', tuple: 'double array'}
 HEADER = ('| parameter | type | unit | default | range | meaning |', '|---|---|---|---|---|---|')
 
@@ -46,7 +51,9 @@ def table(config: Config) -> str:
     rows = []
     for name, parameter, value in flatten(config):
         mark = '' if parameter.read_only else ' ⟳'
-        rows.append(f'| `{name}`{mark} | {TYPES[type(value)]} | {parameter.unit} | '
+        kind = (f'{TYPES[type(value[0])]} array' if isinstance(value, tuple)
+                else TYPES[type(value)])
+        rows.append(f'| `{name}`{mark} | {kind} | {parameter.unit} | '
                     f'`{in_yaml(value)}` | {limits(parameter)} | {parameter.description} |')
     return '\n'.join((*HEADER, *rows)) + '\n'
 

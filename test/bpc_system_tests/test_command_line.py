@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 from pathlib import Path
 import shutil
+import signal
+import subprocess
 
 from bpc_perception.bag import Bag
 import pytest
 
-from .command_line import OUTPUTS, refusal, run, SAMPLE, succeed
+from .command_line import command, OUTPUTS, PATIENCE, refusal, run, SAMPLE, succeed
 
 pytestmark = pytest.mark.system
 
-COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study')
+COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study', 'bench',
+            'calibrate', 'check')
 SCENARIOS = ('spiral_gaps', 'line', 'ring', 'meander', 'archimedean', 'fermat')
 
 
@@ -23,11 +26,26 @@ def test_help_names_every_command() -> None:
     assert succeed() == text
 
 
-@pytest.mark.parametrize('command', COMMANDS)
-def test_every_command_explains_itself(command: str) -> None:
-    text = succeed(command, '--help')
-    assert text.startswith(f'Usage: bpc {command} ')
+@pytest.mark.parametrize('name', COMMANDS)
+def test_every_command_explains_itself(name: str) -> None:
+    text = succeed(name, '--help')
+    assert text.startswith(f'Usage: bpc {name} ')
     assert '--help' in text
+
+
+def test_interrupted_while_it_loads_it_just_ends() -> None:
+    python, *rest = command('--help')
+    # Python tells what it has loaded on stderr.
+    with subprocess.Popen([python, '-X', 'importtime', *rest], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.split('|')[-1].strip() == 'typer':
+                break
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    assert 'Traceback' not in said
 
 
 @pytest.fixture
@@ -41,6 +59,8 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / 'torn.yaml').write_text('thickness: {ros__parameters: [\n')
     (tmp_path / 'unknown.yaml').write_text('thickness: {ros__parameters: {colour: 1}}\n')
     (tmp_path / 'method.yaml').write_text('thickness: {ros__parameters: {method: guess}}\n')
+    (tmp_path / 'joints.yaml').write_text(
+        '/**: {ros__parameters: {pose: {source: joint_states}}}\n')
     (tmp_path / 'list.yaml').write_text('- 1\n')
     (tmp_path / 'mount.calib').write_text(
         (SAMPLE / 'hand_eye.calib').read_text().replace('eye_on_base', 'eye_on_roof'))
@@ -100,6 +120,14 @@ WRONG = {
     'live without calibration': (['live'], ['--handeye']),
     'live with a missing calibration': (['live', '--handeye', 'nowhere'],
                                         ['nowhere', 'No such file']),
+    'live without a nozzle': (['live', '--handeye', SAMPLE / 'hand_eye.calib'],
+                              ['nozzle_offset: expected', 'found none', 'bpc calibrate nozzle']),
+    'live with a topic for nothing': (
+        ['live', '--handeye', SAMPLE / 'hand_eye.calib', '--params', SAMPLE / 'params.yaml',
+         '--remap', '/lbr/joint_states'], ['--remap: expected TOPIC:=OTHER', 'joint_states']),
+    'live with joints of no robot': (
+        ['live', '--handeye', SAMPLE / 'hand_eye.calib', '--params', 'joints.yaml'],
+        ['pose.robot: expected one of lbr_med_7', 'found none']),
     'unknown scenario': (['sim', '--scenario', 'teapot'],
                          ['scenario: expected one of', *SCENARIOS, "found 'teapot'"]),
     'sim without speed': (['sim', '--speed', 0], ['speed: expected 0.1 to 500 mm/s', 'found 0']),

@@ -28,10 +28,11 @@ ENV = 'env'  # answered by the set-up, before there is a command line
 
 
 def options() -> dict[str, set[str]]:
-    """The options of every command."""
+    """The options of every command, with those of its own commands if it has any."""
     group = typer.main.get_command(app)
-    return {name: {option for parameter in command.params for option in parameter.opts}
-            | {'--help'} for name, command in group.commands.items()}
+    return {name: {option for each in (command, *getattr(command, 'commands', {}).values())
+                   for parameter in each.params for option in parameter.opts} | {'--help'}
+            for name, command in group.commands.items()}
 
 
 def launch_arguments(file: Path) -> set[str]:

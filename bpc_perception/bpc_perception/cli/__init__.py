@@ -11,7 +11,18 @@ from typing import Any, NoReturn
 
 import typer
 
-from bpc_perception.cli import live, measure, record, replay, sim, study, testing
+from bpc_perception.cli import (
+    bench,
+    calibrate,
+    check,
+    live,
+    measure,
+    record,
+    replay,
+    sim,
+    study,
+    testing,
+)
 
 REFUSED = 2
 INTERRUPTED = 130
@@ -25,8 +36,9 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None,
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),
-                      ('study', study.study)):
+                      ('study', study.study), ('bench', bench.bench), ('check', check.check)):
     app.command(name)(command)
+app.add_typer(calibrate.app, name='calibrate')
 
 
 class HeldWarnings(logging.Handler):

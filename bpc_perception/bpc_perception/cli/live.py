@@ -9,30 +9,46 @@ import typer
 
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
+from bpc_perception.cli.options import RemapOption, remappings
 from bpc_perception.cli.processes import Nodes
-from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.config import CameraConfig, ThicknessConfig
+from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.handeye import load_hand_eye
-from bpc_perception.parameter_files import configure
+from bpc_perception.parameter_files import configure, live_recorder
 
 PATIENCE = 5.0  # until topics that are still silent are named [s]
 
 
 def live(
     hand_eye: Annotated[Path, typer.Option(
-        '--handeye', metavar='FILE', help='Hand-eye calibration (easy_handeye2 .calib).')],
+        '--handeye', metavar='FILE', help='Hand-eye calibration.')],
     parameters: Annotated[Path | None, typer.Option(
-        '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
+        '--params', metavar='FILE',
+        help='ROS parameter file for the nodes; it has to say the nozzle_offset.')] = None,
+    camera: Annotated[str | None, typer.Option(
+        '--camera', metavar='BACK_END', help='Take captures with this back end of the camera '
+        'driver, in the thickness node\'s process; unless given, the camera publishes.')] = None,
+    remap: RemapOption = None,
 ) -> None:
     """Measure a running print until Ctrl-C.
 
-    Camera, robot and extruder publish by themselves.
+    Robot and extruder publish by themselves.
     """
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
-    configure(RecorderConfig(), 'path_recorder', parameters)
-    with monitoring() as monitor, Nodes(parameters) as nodes:
+    if camera is not None:
+        CameraConfig(back_end=camera)
+    recorder = live_recorder(parameters)
+    others = remappings(remap)
+    pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
+    with (monitoring(keep=1) as monitor,
+          Nodes(parameters, remappings=others) as nodes):
         nodes.start('bpc_perception.nodes.path_recorder')
-        nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
+        if camera is None:
+            nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
+        else:
+            nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye),
+                        back_end=camera)
         print('Waiting for captures; Ctrl-C ends.')
 
         def ended() -> bool:
@@ -40,7 +56,8 @@ def live(
             return False
 
         monitor.spin_until(ended, PATIENCE)
-        for name in (*topics.CAMERA, *topics.PRINT):
-            if not monitor.publishers(name):
-                print(f'  {name}: nobody publishes it yet')
+        for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION):
+            topic = others.get(name, name)
+            if not monitor.publishers(topic):
+                print(f'  {topic}: nobody publishes it yet')
         monitor.spin_until(ended)

@@ -41,6 +41,8 @@ def measure(
                    if result.profile is not None and result.profile.capture == capture]
         if not results:
             raise ValueError(f'{bag}: expected capture {capture}, found {found}')
+    if results[-1].warning:
+        typer.echo(f'bpc: {results[-1].warning}', err=True)
     if all_captures:
         for result in measured:
             assert result.profile is not None

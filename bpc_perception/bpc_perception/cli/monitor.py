@@ -21,6 +21,7 @@ from bpc_perception.conversions import advice_from_message, profile_from_message
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 
+WARNINGS = 100  # shown at most
 DISCOVERY = 0.6  # in which another process's publishers are found, with a margin [s]
 
 
@@ -28,11 +29,14 @@ class Monitor:
     """Collects what the thickness node publishes and prints a line a capture.
 
     Attributes:
-        profiles, advice: by stamp of the capture, in order of arrival.
-        warnings: the distinct warnings in the diagnostics.
+        profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
+            all of them.
+        warnings: the distinct warnings in the diagnostics, as far as they are shown.
     """
 
-    def __init__(self, node: Node, executor: SingleThreadedExecutor) -> None:
+    def __init__(self, node: Node, executor: SingleThreadedExecutor,
+                 keep: int | None = None) -> None:
+        self._keep = keep
         self._node = node
         self._executor = executor
         self._table = ResultTable()
@@ -82,6 +86,10 @@ class Monitor:
         self.profiles[profile.stamp_ns] = profile
         self.advice.pop(profile.stamp_ns, None)  # of the round before, when a recording loops
         self._show(profile.stamp_ns)
+        if self._keep is not None:
+            for stamp_ns in list(self.profiles)[:-self._keep]:
+                del self.profiles[stamp_ns]
+                self.advice.pop(stamp_ns, None)
 
     def _on_advice(self, message: RateAdviceMsg) -> None:
         advice = advice_from_message(message)
@@ -95,21 +103,25 @@ class Monitor:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             text = f'{status.name}: {status.message}'
-            if status.level != DiagnosticStatus.OK and text not in self.warnings:
+            if (status.level != DiagnosticStatus.OK and text not in self.warnings
+                    and len(self.warnings) < WARNINGS):
                 self.warnings.append(text)
                 print(f'  {text}')
 
 
 @contextmanager
-def monitoring() -> Iterator[Monitor]:
-    """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly."""
+def monitoring(keep: int | None = None) -> Iterator[Monitor]:
+    """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly.
+
+    It keeps the newest results, or all of them.
+    """
     # Handlers that only take note: rclpy's shut down under a running callback, and Python's
     # raise in the middle of a message, which comes out of rclpy as any other error.
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    monitor = Monitor(node, executor)
+    monitor = Monitor(node, executor, keep)
     before = {number: signal.signal(number, monitor.interrupt)
               for number in (signal.SIGINT, signal.SIGTERM)}
     try:

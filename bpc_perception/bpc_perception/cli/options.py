@@ -9,9 +9,25 @@ BagArgument = Annotated[Path, typer.Argument(
     metavar='BAG', help='Recording: a rosbag2 folder, or an .mcap or .db3 file.')]
 HandEyeOption = Annotated[Path | None, typer.Option(
     '--handeye', metavar='FILE',
-    help='Hand-eye calibration (easy_handeye2 .calib); hand_eye.calib in the bag unless given.')]
+    help='Hand-eye calibration; hand_eye.calib in the bag unless given.')]
 ParametersOption = Annotated[Path | None, typer.Option(
     '--params', metavar='FILE',
     help='ROS parameter file for the nodes; params.yaml in the bag unless given.')]
 OutOption = Annotated[Path, typer.Option(
     '--out', metavar='DIR', help='Folder for profile.csv, summary.json and report.html.')]
+SeparateOption = Annotated[bool, typer.Option(
+    '--separate', help='Camera driver and thickness node as two processes, over topics.')]
+RemapOption = Annotated[list[str] | None, typer.Option(
+    '--remap', metavar='TOPIC:=OTHER',
+    help='Listen to another topic, as joint_states:=/lbr/joint_states; may be repeated.')]
+
+
+def remappings(rules: list[str] | None) -> dict[str, str]:
+    """Topic to the other that is listened to in its place. Raises ValueError."""
+    found = {}
+    for rule in rules or []:
+        topic, colon, other = rule.partition(':=')
+        if not (topic and colon and other):
+            raise ValueError(f'--remap: expected TOPIC:=OTHER, found {rule!r}')
+        found[topic] = other
+    return found

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 import os
 from pathlib import Path
-import signal
 import subprocess
 import sys
 import tempfile
@@ -14,10 +13,14 @@ from typing import Any
 
 import yaml
 
+from bpc_perception.nodes.process import PARENT_VARIABLE
+
 END_PATIENCE = 2.0  # [s]
 # Read by Fast DDS under the one or the other name; a user's own file wins.
 TRANSPORT = str(Path(__file__).parents[1] / 'transport.xml')
 TRANSPORT_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+# The shared memory is taken at the start, by each process that is given the file.
+FRAME_PUBLISHERS = ('camera_driver', 'composed')
 
 
 class NodeError(ValueError):
@@ -28,8 +31,10 @@ class Nodes:
     """Processes of nodes; a context manager that ends all of them in reverse order."""
 
     def __init__(self, parameter_file: Path | None = None,
-                 parameters: Mapping[str, Any] | None = None) -> None:
+                 parameters: Mapping[str, Any] | None = None,
+                 remappings: Mapping[str, str] | None = None) -> None:
         self._common = [parameter_file] if parameter_file else []
+        self._remappings = dict(remappings or {})
         self._parameters = dict(parameters or {})
         self._logs = Path(os.environ.get('ROS_LOG_DIR') or tempfile.gettempdir())
         self._logs.mkdir(parents=True, exist_ok=True)
@@ -44,14 +49,27 @@ class Nodes:
             arguments += ['--params-file', str(file)]
         for key, value in {**self._parameters, **parameters}.items():
             arguments += ['-p', f'{key}:={yaml.safe_dump(value).splitlines()[0]}']
+        for topic, other in self._remappings.items():
+            arguments += ['-r', f'{topic}:={other}']
         handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
         self._log_files[name] = Path(log)
-        environment = dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT) | dict(os.environ)
+        environment = os.environ | {PARENT_VARIABLE: str(os.getpid())}
+        if name in FRAME_PUBLISHERS:
+            environment = dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT) | environment
         # A session of its own: Ctrl-C reaches us alone, and we end the nodes in order.
         self._processes[name] = subprocess.Popen(
             [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
             stdout=handle, stderr=handle, start_new_session=True, env=environment)
         os.close(handle)
+
+    def start_measuring(self, camera: Mapping[str, Any], thickness: Mapping[str, Any],
+                        separate: bool) -> None:
+        """Start camera driver and thickness node: in one process, or in one each."""
+        if separate:
+            self.start('bpc_perception.nodes.thickness', **thickness)
+            self.start('bpc_perception.nodes.camera_driver', **camera)
+        else:
+            self.start('bpc_perception.nodes.composed', **camera, **thickness)
 
     def check(self, *may_end: str) -> None:
         """Raise NodeError if a node has ended, unless it is one that may and went well."""
@@ -61,6 +79,10 @@ class Nodes:
                 words = self._log_files[name].read_text(errors='replace').strip().splitlines()
                 raise NodeError(f'{name}: expected it to run, found it ended with status '
                                 f'{status}: {words[-1] if words else "no output"}')
+
+    def pid(self, name: str) -> int:
+        """The process id of this node."""
+        return self._processes[name].pid
 
     def ended(self, name: str) -> bool:
         """Whether this node has ended."""
@@ -73,7 +95,7 @@ class Nodes:
                  trace: TracebackType | None) -> None:
         for process in self._processes.values():
             if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+                process.terminate()  # unlike SIGINT also silent while it still loads
         for process in reversed(self._processes.values()):
             try:
                 process.wait(END_PATIENCE)

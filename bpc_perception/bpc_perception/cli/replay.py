@@ -11,7 +11,13 @@ import typer
 from bpc_perception import topics
 from bpc_perception.cli import inputs
 from bpc_perception.cli.monitor import Monitor, monitoring
-from bpc_perception.cli.options import BagArgument, HandEyeOption, OutOption, ParametersOption
+from bpc_perception.cli.options import (
+    BagArgument,
+    HandEyeOption,
+    OutOption,
+    ParametersOption,
+    SeparateOption,
+)
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.session import Result
@@ -41,9 +47,10 @@ def replay(
     hand_eye: HandEyeOption = None,
     parameters: ParametersOption = None,
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
-    loop: Annotated[bool, typer.Option(help='Again and again, until Ctrl-C.')] = False,
+    loop: Annotated[bool, typer.Option('--loop', help='Again and again, until Ctrl-C.')] = False,
+    separate: SeparateOption = False,
 ) -> None:
-    """Replay a recording through the nodes, over topics."""
+    """Replay a recording through the nodes."""
     inputs.check_out(out)
     PlayerConfig(rate=rate)
     given = inputs.load(bag, hand_eye, parameters)
@@ -54,9 +61,10 @@ def replay(
     with monitoring() as monitor, Nodes(given.parameter_file, {'use_sim_time': True}) as nodes:
         monitor.expect_no_other_printer()
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
-        nodes.start('bpc_perception.nodes.thickness', patience=PATIENCE, **LOSSLESS,
-                    hand_eye_file=str(given.hand_eye_file))
-        nodes.start('bpc_perception.nodes.camera_driver', back_end='bag', bag=str(bag))
+        nodes.start_measuring(
+            {'back_end': 'bag', 'bag': str(bag)},
+            {'patience': PATIENCE, 'hand_eye_file': str(given.hand_eye_file), **LOSSLESS},
+            separate)
 
         def there() -> bool:
             nodes.check()

@@ -12,6 +12,7 @@ import yaml
 
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
+from bpc_perception.cli.options import SeparateOption
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import AdviceConfig, CameraConfig
 
@@ -37,6 +38,7 @@ def sim(
     actuator: Annotated[str, typer.Option(
         help='In a closed loop, what is corrected: flow or speed.')] = 'flow',
     seed: Annotated[int, typer.Option(help='In a closed loop: which printer.')] = 0,
+    separate: SeparateOption = False,
 ) -> None:
     """Print on the synthetic printer, measured live, in an open or a closed loop."""
     # The simulator is a package of its own, needed by this command only.
@@ -67,26 +69,26 @@ def sim(
         record_print(config.job(), record, 1 / rate, target * 1e-3)
         print(record)
         return
-    print_open_loop(config, rate, target * 1e-3)
+    print_open_loop(config, rate, target * 1e-3, separate)
 
 
-def print_open_loop(config: Any, rate: float, target: float) -> None:
+def print_open_loop(config: Any, rate: float, target: float, separate: bool) -> None:
     """Print as planned, and look on; target [m]."""
     from bpc_sim.sample import hand_eye, parameters
 
     job = config.job()
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), hand_eye(job), parameters(job, target))
-        with monitoring() as monitor, Nodes(settings) as nodes:
+        with monitoring(keep=1) as monitor, Nodes(settings) as nodes:
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': config.scenario, 'speed': config.speed,
                       'start_time_ns': start_ns}
-            start_measuring(nodes, settings)
+            nodes.start('bpc_perception.nodes.path_recorder')
+            nodes.start_measuring({'back_end': 'synthetic', 'rate': rate, **common},
+                                  calibration_in(settings), separate)
             nodes.start('bpc_sim.nodes.robot', **common)
             nodes.start('bpc_sim.nodes.extruder', **common)
-            nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=rate,
-                        **common)
             announce(job, config)
             end_ns = start_ns + round(job.duration * 1e9)
 
@@ -112,10 +114,11 @@ def print_closed_loop(config: Any, actuator: str, rate: float) -> None:
         with monitoring() as monitor, Nodes(settings) as nodes:
             monitor.expect_no_other_printer()
             common = {'situation': config.situation, 'seed': config.seed, 'speed': config.speed}
-            start_measuring(nodes, settings)
+            nodes.start('bpc_perception.nodes.path_recorder')
+            # The camera listens to the robot, and must not wait for what is being measured.
+            nodes.start_measuring({'back_end': 'synthetic', 'rate': rate, **common},
+                                  calibration_in(settings), separate=True)
             nodes.start('bpc_sim.nodes.print_controller', actuator=actuator)
-            nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=rate,
-                        **common)
             names = (topics.PATH, topics.ADVICE, topics.IMAGE,
                      FLOW_SCALE if actuator == 'flow' else SPEED_SCALE)
 
@@ -152,11 +155,9 @@ def write_settings(folder: Path, hand_eye: dict[str, object],
     return settings
 
 
-def start_measuring(nodes: Nodes, settings: Path) -> None:
-    """Start the two nodes that measure."""
-    nodes.start('bpc_perception.nodes.path_recorder')
-    nodes.start('bpc_perception.nodes.thickness',
-                hand_eye_file=str(settings.with_name('hand_eye.calib')))
+def calibration_in(settings: Path) -> dict[str, str]:
+    """The parameter that names the calibration beside the settings."""
+    return {'hand_eye_file': str(settings.with_name('hand_eye.calib'))}
 
 
 def announce(job: Any, config: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ class PinholeCamera:
         return (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
                 y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y)
 
-    def contains(self, uv: Array) -> NDArray[np.bool_]:
+    def contains(self, uv: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
         """Whether pixels (..., 2) lie between the outermost pixel centres of the image."""
         u, v = uv[..., 0], uv[..., 1]
         inside: NDArray[np.bool_] = (
@@ -73,6 +74,7 @@ class Capture:
         image: (H, W, 3) RGB, uint8.
         cloud: (H, W, 3) points in the camera's optical frame [m], float32; NaN = none.
         camera: intrinsics belonging to image and cloud.
+        snr: (H, W) signal-to-noise ratio of the points, float32; None = the camera tells none.
     """
 
     stamp_ns: int
@@ -80,6 +82,7 @@ class Capture:
     image: NDArray[np.uint8]
     cloud: NDArray[np.float32]
     camera: PinholeCamera
+    snr: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         shape = (self.camera.height, self.camera.width, 3)

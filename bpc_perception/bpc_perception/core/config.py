@@ -11,7 +11,9 @@ from dataclasses import dataclass, field, fields, is_dataclass
 import math
 from typing import Annotated, Any, get_args, get_origin, get_type_hints, TypeVar
 
-BASE = 'lbr_link_0'
+from bpc_perception.core.kinematics import LINKS
+
+BASE, FLANGE = 'lbr_link_0', 'lbr_link_ee'
 ConfigType = TypeVar('ConfigType', bound='Config')
 
 
@@ -147,9 +149,9 @@ class CrossSectionConfig(Config):
     noise_gain: Annotated[float, Parameter(
         'Uncertainty of a width per that from noise alone', '', 0.1, 10)] = 1.25
     edge_sigma: Annotated[float, Parameter(
-        'Uncertainty of a width from sampling', 'pixels', 0, 2)] = 0.05
+        'Uncertainty of a width from sampling', 'pixels', 0, 2)] = 0.06
     light_sigma: Annotated[float, Parameter(
-        'Uncertainty of a width from the light on a bead 10 pixels wide', 'pixels', 0, 2)] = 0.1
+        'Uncertainty of a width from the light on a bead 10 pixels wide', 'pixels', 0, 2)] = 0.035
     maximum_noise: Annotated[float, Parameter(
         'Noise, as a share of the contrast of ink and bed, above which nothing is known',
         '', 0.01, 1)] = 0.25
@@ -215,6 +217,38 @@ class PathConfig(Config):
 
 
 @dataclass(frozen=True)
+class ProcessConfig(Config):
+    """How much of the computer a node's process takes."""
+
+    threads: Annotated[int, Parameter(
+        'Threads that OpenCV may use', '', 1, 64, read_only=True)] = 1
+    niceness: Annotated[int, Parameter(
+        'Above 0 gives way to other processes; below 0 needs the right to', '', -20, 19,
+        read_only=True)] = 0
+
+
+@dataclass(frozen=True)
+class PoseConfig(Config):
+    """Where the poses of the flange come from."""
+
+    source: Annotated[str, Parameter(
+        'What tells the pose of the flange', choices=(
+            'pose_stamped', 'pose', 'joint_states', 'lbr_state', 'tf'),
+        read_only=True)] = 'pose_stamped'
+    robot: Annotated[str, Parameter(
+        'With joint_states and lbr_state: whose joints they are; none = not said',
+        choices=('none', *LINKS), read_only=True)] = 'none'
+    flange_frame: Annotated[str, Parameter(
+        'With tf: name of the flange', read_only=True)] = FLANGE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.robot == 'none' and self.source in ('joint_states', 'lbr_state'):
+            raise ConfigError(f'robot: expected one of {", ".join(LINKS)} with source '
+                              f'{self.source}, found none')
+
+
+@dataclass(frozen=True)
 class RecorderConfig(Config):
     """All of the path recorder."""
 
@@ -223,11 +257,13 @@ class RecorderConfig(Config):
     nozzle_offset: Annotated[tuple[float, float, float], Parameter(
         'Nozzle tip in the flange frame: x, y, z', 'm', -2, 2, read_only=True)] = (0.0, 0.0, 0.0)
     publish_rate: Annotated[float, Parameter(
-        'How often the path is published while it grows', 'Hz', 0.1, 100,
-        read_only=True)] = 10.0
+        'How often what is new of the path is published while it grows', 'Hz', 0.1, 100,
+        read_only=True)] = 50.0
     output_folder: Annotated[str, Parameter(
         'Folder into which prints are saved', read_only=True)] = '.'
+    pose: PoseConfig = field(default_factory=PoseConfig)
     path: PathConfig = field(default_factory=PathConfig)
+    process: ProcessConfig = field(default_factory=ProcessConfig)
 
 
 @dataclass(frozen=True)
@@ -237,7 +273,7 @@ class ThicknessConfig(Config):
     base_frame: Annotated[str, Parameter(
         'Robot base frame, in which path and profile are given', read_only=True)] = BASE
     hand_eye_file: Annotated[str, Parameter(
-        'Hand-eye calibration, an easy_handeye2 .calib file', read_only=True)] = ''
+        'Hand-eye calibration file', read_only=True)] = ''
     method: Annotated[str, Parameter(
         'How thickness is measured: "paper" is the published method',
         choices=('cross_section', 'paper'))] = 'cross_section'
@@ -252,9 +288,14 @@ class ThicknessConfig(Config):
         0.0005, 1)] = 0.0025
     obstacle_margin: Annotated[float, Parameter(
         'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 2.0
+    maximum_offset: Annotated[float, Parameter(
+        'How far off the path the deposit may lie, per its width, before it is warned of', '',
+        0.01, 10)] = 0.25
+    pose: PoseConfig = field(default_factory=PoseConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
+    process: ProcessConfig = field(default_factory=ProcessConfig)
 
 
 @dataclass(frozen=True)
@@ -275,11 +316,77 @@ class BagRecorderConfig(Config):
 
 
 @dataclass(frozen=True)
+class PlungerConfig(Config):
+    """Geometry of syringe and drive."""
+
+    lead: Annotated[float, Parameter(
+        'Travel of the plunger per turn of the motor, gears included; 0 = not known', 'm', 0,
+        0.1, read_only=True)] = 0.0
+    steps_per_revolution: Annotated[int, Parameter(
+        'Full steps of the motor per turn', '', 1, 100000, read_only=True)] = 200
+    bore: Annotated[float, Parameter(
+        'Inner diameter of the syringe; 0 = not known', 'm', 0, 0.2, read_only=True)] = 0.0
+    reversed: Annotated[bool, Parameter(
+        'Whether ink is pushed out while positions fall', read_only=True)] = False
+    minimum_velocity: Annotated[float, Parameter(
+        'Velocity of the plunger from which ink is taken to be pushed out', 'm/s', 0, 0.1,
+        read_only=True)] = 1e-7
+
+
+@dataclass(frozen=True)
+class ExtruderConfig(Config):
+    """All of the extruder bridge."""
+
+    back_end: Annotated[str, Parameter(
+        'What tells the state of the extruder', choices=('serial', 'tic', 'joint_state', 'bool'),
+        read_only=True)] = 'serial'
+    port: Annotated[str, Parameter(
+        'With serial and tic: the serial line; "usb" = the Tic itself over USB',
+        read_only=True)] = '/dev/ttyACM0'
+    baud: Annotated[int, Parameter(
+        'With serial and tic: speed of the line', 'baud', 300, 4000000,
+        read_only=True)] = 115200
+    device_number: Annotated[int, Parameter(
+        'With tic: its device number', '', 0, 127, read_only=True)] = 14
+    rate: Annotated[float, Parameter(
+        'How often the device is read, and with bool the state repeated', 'Hz', 1, 200,
+        read_only=True)] = 50.0
+    timeout: Annotated[float, Parameter(
+        'Silence after which the device is opened anew', 's', 0.1, 60, read_only=True)] = 1.0
+    joint: Annotated[str, Parameter(
+        'With joint_state: name of the plunger', read_only=True)] = 'plunger'
+    plunger: PlungerConfig = field(default_factory=PlungerConfig)
+
+
+@dataclass(frozen=True)
 class CameraConfig(Config):
     """All of the camera driver but its back end's own."""
 
     back_end: Annotated[str, Parameter(
-        'Where captures come from: a recording, or the simulated printer',
-        choices=('bag', 'synthetic'), read_only=True)] = 'bag'
+        'Where captures come from: a recording, the simulated printer, or a Zivid camera',
+        choices=('bag', 'synthetic', 'zivid'), read_only=True)] = 'bag'
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
+    region: Annotated[tuple[int, int, int, int], Parameter(
+        'The part of a capture that is delivered: x, y, width, height; width or height 0 = all',
+        'pixels', 0, 100000)] = (0, 0, 0, 0)
+    process: ProcessConfig = field(default_factory=ProcessConfig)
+
+
+@dataclass(frozen=True)
+class ZividConfig(Config):
+    """The back end zivid of the camera driver."""
+
+    serial_number: Annotated[str, Parameter(
+        'Which camera; empty = the first that is found', read_only=True)] = ''
+    settings_file: Annotated[str, Parameter(
+        'Capture settings as Zivid Studio saves them (.yml), with those of the colour image',
+        read_only=True)] = ''
+    frame_id: Annotated[str, Parameter(
+        'Name of the optical frame', read_only=True)] = 'zivid_optical_frame'
+    color_space: Annotated[str, Parameter(
+        'Colours in proportion to the light, for right widths, or brighter for people',
+        choices=('linear_rgb', 'srgb'), read_only=True)] = 'linear_rgb'
+    intrinsics: Annotated[str, Parameter(
+        'Whose intrinsics: of the camera, or estimated for each capture',
+        choices=('camera', 'frame'), read_only=True)] = 'camera'

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.cross_section import measure_cross_sections
 from bpc_perception.core.geometry import Array, Plane
+from bpc_perception.core.incremental import measure_where_new, PrintMemory
 from bpc_perception.core.paper import measure_as_published
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.sections import pixel_size, typical_spacing
 from bpc_perception.core.surface import bed_plane
-from bpc_perception.core.thickness import tangents
+from bpc_perception.core.thickness import between, nearest, tangents
 
 
 class MeasurementError(ValueError):
@@ -23,7 +24,8 @@ class MeasurementError(ValueError):
 
 
 def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
-            config: ThicknessConfig, number: int = 0) -> ThicknessProfile:
+            config: ThicknessConfig, number: int = 0,
+            memory: PrintMemory | None = None) -> ThicknessProfile:
     """Thickness along the path that the nozzle had passed when captured.
 
     Path points where the nozzle was lifted off the bed get no sample.
@@ -34,6 +36,7 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         T_base_camera: (4, 4) pose of the camera's optical frame in the base frame.
         config: how to measure.
         number: number of the capture within the print.
+        memory: of the print's captures before, which saves measuring again what is as it was.
 
     Raises:
         MeasurementError: the path is too short, or the camera does not see where it is.
@@ -56,8 +59,16 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         sides, status, sigma = measure_as_published(
             capture, path.points, T_base_camera, bed, config)
     else:
-        sides, status, sigma = measure_cross_sections(
-            capture, path.points, path.extruding, T_base_camera, bed, config)
+        # Sections closer together than pixels see the same.
+        step = min(int(pixel_size(capture, path.points, T_base_camera)
+                       / typical_spacing(path.points)), len(path) // 3)
+        sides, status, sigma = measure_where_new(
+            capture, path.every(step) if step > 1 else path, T_base_camera, bed, config,
+            memory or PrintMemory())
+        if step > 1:
+            place = np.arange(len(path)) / step
+            sides, sigma = sides.between(place), between(sigma, place)
+            status = status[nearest(place, len(status))]
 
     measured = status == Status.MEASURED
     for values in (sides.left, sides.right, sides.left_distance, sides.right_distance, sigma):

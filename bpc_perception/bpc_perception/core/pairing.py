@@ -38,6 +38,17 @@ class StampPairer(Generic[Part]):
         removed = [self._remove(stamp) for stamp in given_up]
         return [tuple(kind for kind in self._kinds if kind not in parts) for parts in removed]
 
+    def overtaken(self, stamp_ns: int, kind: str) -> int:
+        """Forget sets older than this stamp of which only one kind came; how many.
+
+        The other kinds, in shorter queues, had to give way to newer ones.
+        """
+        lost = [stamp for stamp, parts in self._incomplete.items()
+                if stamp < stamp_ns and set(parts) == {kind}]
+        for stamp in lost:
+            self._remove(stamp)
+        return len(lost)
+
     def clear(self) -> None:
         """Forget all parts."""
         self._incomplete.clear()

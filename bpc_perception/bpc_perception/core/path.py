@@ -49,6 +49,10 @@ class DepositionPath:
         """The part that the nozzle had passed at this time."""
         return self.where(self.time <= (stamp_ns - self.start_ns) * 1e-9)
 
+    def every(self, step: int) -> DepositionPath:
+        """Only every so manieth point."""
+        return self.where(np.arange(len(self)) % step == 0)
+
     def where(self, kept: NDArray[np.bool_]) -> DepositionPath:
         """The path without the points at which ``kept`` (N,) is False."""
         return replace(

@@ -17,7 +17,10 @@ import numpy as np
 
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.growing_path import GrowingPath
 from bpc_perception.core.path import DepositionPath
+
+MAXIMUM_STATES = 100_000  # of the extruder that wait for poses
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,6 @@ class PathAssembler:
     """
 
     def __init__(self, print_id: str, start_ns: int, config: PathConfig) -> None:
-        self.print_id = print_id
         self.start_ns = start_ns
         self._config = config
         self._stop = math.inf
@@ -55,20 +57,18 @@ class PathAssembler:
         self._waiting: list[tuple[float, float, float, float, float]] = []
         self._states: list[ExtruderSample] = []
         self._state_times: list[float] = []
-        self._points = np.empty((0, 8))
-        self._complete = -math.inf
-        self._finished = False
+        self._path = GrowingPath(print_id, start_ns)
 
     def add_pose(self, stamp_ns: int, tip: Array) -> None:
         """Append a position (3,) of the nozzle tip [m]; stamps must increase."""
-        if self._finished:
+        if self._path.finished:
             return
         x, y, z = tip.tolist()
         self._new.append((self._time(stamp_ns), x, y, z))
 
     def add_extruder(self, sample: ExtruderSample) -> None:
         """Append a state of the extruder; stamps must increase."""
-        if self._finished:
+        if self._path.finished:
             return
         time = self._time(sample.stamp_ns)
         if time < self._latest() - self._config.extrusion_timeout:
@@ -76,32 +76,33 @@ class PathAssembler:
             self._advance()
         self._states.append(sample)
         self._state_times.append(time)
+        if len(self._states) > MAXIMUM_STATES:  # no poses come that would use them up
+            del self._states[:MAXIMUM_STATES // 2], self._state_times[:MAXIMUM_STATES // 2]
 
     def stop(self, stamp_ns: int) -> None:
         """Let the path end at this time, or where it is complete if that is later."""
         self._advance()
-        self._stop = max(self._time(stamp_ns), self._complete)
+        self._stop = max(self._time(stamp_ns), self._path.complete_until)
 
     def path(self) -> DepositionPath:
         """The path as far as it is certain by now."""
+        return self.growing_path().path()
+
+    def growing_path(self) -> GrowingPath:
+        """The same, of which later calls can ask for what is new."""
         self._advance()
-        time, arc, x, y, z, velocity, flow, extruding = self._points.T
-        return DepositionPath(
-            print_id=self.print_id, start_ns=self.start_ns, complete_until=self._complete,
-            finished=self._finished, time=time, arc_length=arc,
-            points=np.stack((x, y, z), axis=1), plunger_velocity=velocity, flow_rate=flow,
-            extruding=extruding.astype(bool))
+        return self._path
 
     def _advance(self) -> None:
         """Give out what is certain by now."""
-        if self._finished:
+        if self._path.finished:
             return
         latest = self._latest()
         self._smooth()
         self._resample()
         complete = self._join(latest)
-        self._complete = min(complete, self._stop)
-        self._finished = complete >= self._stop
+        self._path.complete_until = min(complete, self._stop)
+        self._path.finished = complete >= self._stop
 
     def _latest(self) -> float:
         if self._new:
@@ -140,10 +141,10 @@ class PathAssembler:
     def _resample(self) -> None:
         """Place path points along the knots, each ``spacing`` from the one before."""
         knots, spacing = self._knots, self._config.spacing
-        if len(knots) and not self._waiting and not len(self._points):
+        if len(knots) and not self._waiting and not len(self._path):
             self._waiting.append((knots[0, 0], 0.0, *knots[0, 1:4]))
         while self._scanned < len(knots):
-            last = np.array(self._waiting[-1] if self._waiting else self._points[-1, :5])
+            last = np.array(self._waiting[-1]) if self._waiting else self._path.last()
             block = knots[self._scanned:self._scanned + 256]
             offset = block[:, 1:4] - last[2:]
             away = np.flatnonzero((offset * offset).sum(axis=1) >= spacing * spacing)
@@ -189,7 +190,9 @@ class PathAssembler:
                 rows.append((*point, math.nan, math.nan, False))
         if rows:
             del self._waiting[:len(rows)]
-            self._points = np.concatenate((self._points, rows))
+            time, arc, x, y, z, velocity, flow, extruding = np.array(rows).T
+            self._path.append(time, arc, np.stack((x, y, z), axis=1), velocity, flow,
+                              extruding.astype(bool))
         forgotten = max(bisect_right(self._state_times, complete) - 1, 0)
         del self._states[:forgotten], self._state_times[:forgotten]
         return complete
@@ -219,7 +222,8 @@ class PrintTracker:
         self._poses.append((stamp_ns, tip))
         while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
             self._poses.popleft()
-        if self._print:
+        # A state heard of early starts a print that poses still under way came before.
+        if self._print and stamp_ns >= self._print.start_ns:
             self._print.add_pose(stamp_ns, tip)
         return True
 
@@ -274,3 +278,7 @@ class PrintTracker:
     def path(self) -> DepositionPath | None:
         """The path of the running or last print, or None before the first."""
         return self._print.path() if self._print else None
+
+    def growing_path(self) -> GrowingPath | None:
+        """The same, of which later calls can ask for what is new."""
+        return self._print.growing_path() if self._print else None

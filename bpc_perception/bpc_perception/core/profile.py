@@ -27,7 +27,11 @@ class Status(IntEnum):
 
 @dataclass(frozen=True)
 class Summary:
-    """Statistics of a profile; thickness over its MEASURED samples [m], NaN without any."""
+    """Statistics of a profile; thickness over its MEASURED samples [m], NaN without any.
+
+    The offset [m] is of the deposit's middle from the path, positive to the left of the direction
+    of travel. Where the path turns, a shift of the whole print shows in its root mean square.
+    """
 
     thickness_mean: float
     thickness_std: float
@@ -37,6 +41,8 @@ class Summary:
     coverage: float
     gap_count: int
     gap_length: float
+    offset_mean: float
+    offset_rms: float
 
 
 @dataclass(frozen=True)
@@ -96,6 +102,7 @@ class ThicknessProfile:
         measured = self.thickness[self.status == Status.MEASURED]
         q1, median, q3 = (np.percentile(measured, (25, 50, 75)) if len(measured)
                           else (np.nan, np.nan, np.nan))
+        offset = (self.left - self.right)[self.status == Status.MEASURED] / 2
         known = (self.status == Status.MEASURED) | (self.status == Status.GAP)
         return Summary(
             thickness_mean=float(measured.mean()) if len(measured) else np.nan,
@@ -103,7 +110,19 @@ class ThicknessProfile:
             thickness_q1=float(q1), thickness_median=float(median), thickness_q3=float(q3),
             coverage=float(known.mean()) if len(known) else np.nan,
             gap_count=len(self.gaps),
-            gap_length=float((self.gaps[:, 1] - self.gaps[:, 0]).sum()))
+            gap_length=float((self.gaps[:, 1] - self.gaps[:, 0]).sum()),
+            offset_mean=float(offset.mean()) if len(offset) else np.nan,
+            offset_rms=float(np.sqrt((offset**2).mean())) if len(offset) else np.nan)
+
+    def off_path(self, maximum_offset: float) -> str:
+        """A warning if the deposit lies farther off the path than this share of its width."""
+        found = self.summary
+        if not found.offset_rms > maximum_offset * found.thickness_mean:
+            return ''
+        return (f'offset: expected the deposit within {maximum_offset:.0%} of its width of the '
+                f'path, found it {1e3 * found.offset_rms:.2f} mm off (root mean square; '
+                f'{1e3 * found.offset_mean:+.2f} mm to the left on average); check the hand-eye '
+                'calibration and the nozzle offset')
 
 
 def run_extents(mask: NDArray[np.bool_], arc_length: Array) -> Array:

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
-from scipy.spatial import cKDTree
 
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Array, invert, Plane, transform
+from bpc_perception.core.territory import find_territory
 
 Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
 STEP = 0.5  # between samples of a section [pixels]
+COARSE = 4  # what varies slowly across is looked at in every so manieth sample
+TYPICAL = 1000  # points of a path tell what is typical of it
+KNOT = 8  # and projected to the image in every so manieth
+ASKED = 10  # sections within a window that tell what is steady there
+NOZZLE_ASKED = 4  # the height of the nozzle only at every so manieth of them
+SHORT = 19  # a window for which sorting is quicker than a filter [values]
+LARGEST_SIDE = 30000  # of an image made by OpenCV [pixels]
 RAISED = 0.0004  # what stands this far above the bed is no bed [m]
 WINDOW = 0.008  # length of path over which surface and light are taken as steady [m]
 
@@ -27,6 +37,7 @@ class Sections:
     """Lines across N path points, M samples each, from right to left of the direction of travel.
 
     Attributes:
+        index: (N,) of the path points.
         foot: (N, 3) points of the surface below the nozzle tip [m].
         lateral: (N, 3) unit vectors along the surface to the left.
         lean: (N,) how far a bead's ridge seems to be shifted along the path, seen from where
@@ -44,6 +55,7 @@ class Sections:
         colour: (N, M, 3) RGB.
     """
 
+    index: Index
     foot: Array
     lateral: Array
     lean: Array
@@ -59,6 +71,15 @@ class Sections:
     foreign: Flags
     colour: Floats
 
+    def every(self, step: int) -> Sections:
+        """Only every so manieth of the sections."""
+        chosen = slice(None, None, step)
+        return Sections(
+            self.index[chosen], self.foot[chosen], self.lateral[chosen], self.lean[chosen],
+            self.offset, self.pixel, self.spacing * step, self.inside[chosen],
+            self.hidden[chosen], self.depth[chosen], self.raised[chosen], self.beside[chosen],
+            self.clearance[:, chosen], self.foreign[chosen], self.colour[chosen])
+
     @property
     def visible(self) -> Flags:
         """Where (N, M) the surface is seen."""
@@ -72,105 +93,103 @@ class Sections:
         return running_median(values, 2 * round(WINDOW / 2 / self.spacing) + 1)
 
 
-def lay_sections(capture: Capture, points: Array, T_base_camera: Array, bed: Plane,
-                 config: ThicknessConfig) -> Sections:
-    """Lines across path points (N, 3), following the surface where it bends."""
+def lay_sections(capture: Capture, points: Array, index: Index, T_base_camera: Array,
+                 bed: Plane, config: ThicknessConfig) -> Sections:
+    """Lines across the path (P, 3) at points of an index (N,), following the bending surface."""
     T_camera_base = invert(T_base_camera)
-    normal = bed.normal
-    tangent = smoothed_tangents(points, config.cross_section.tangent_length)
-    lateral = _unit(np.cross(normal, tangent))
+    tangent = smoothed_tangents(points, index, config.cross_section.tangent_length)
+    lateral = _unit(np.cross(bed.normal, tangent))
     spacing = typical_spacing(points)
-    distance = float(np.median(transform(T_camera_base, points)[:, 2]))
-    pixel = distance / capture.camera.focal_length
+    pixel = pixel_size(capture, points, T_base_camera)
     count = int(np.ceil(config.cross_section.reach / (STEP * pixel)))
     offset = np.linspace(-count, count, 2 * count + 1) * (STEP * pixel)
-    beside, clearance, foreign = _territory(points, lateral, offset, spacing)
+    territory = find_territory(bed.coordinates(points), index, bed.coordinates(lateral),
+                               offset[::COARSE], spacing)
+    foot, lateral = _follow_surface(capture, points[index], lateral, offset[::COARSE], spacing,
+                                    territory.beside, T_base_camera, bed.normal, config)
 
-    # The nozzle keeps about the same height above the surface all along.
-    coarse = slice(None, None, 4)
-    height, _ = _heights(capture, points, lateral, offset[coarse], normal, T_base_camera)
-    gap = np.where(beside[:, coarse], height, np.nan)
-    foot = points + np.nanmedian(gap) * normal if np.isfinite(gap).any() else points
-    height, place = _heights(capture, foot, lateral, offset[coarse], normal, T_base_camera)
-    side_height, side_place = [], []
-    for chosen in (place < 0, place > 0):
-        mask = chosen & beside[:, coarse] & (np.abs(height) < config.obstacle_height)
-        side_height.append(masked_median(height, mask))
-        side_place.append(masked_median(place, mask))
-    window = 2 * round(WINDOW / 2 / spacing) + 1
-    right, left = (running_median(value, window) for value in side_height)
-    width = side_place[1] - side_place[0]
-    slope = running_median((left - right) / width, window)
-    slope = np.where(np.isfinite(slope), slope, 0.0)
-    right, left = right - slope * side_place[0], left - slope * side_place[1]
-    level = running_median(np.where(np.isfinite(right + left), (right + left) / 2,
-                                    np.where(np.isfinite(right), right, left)), window)
-    foot = foot + np.where(np.isfinite(level), level, 0.0)[:, None] * normal
-    lateral = _unit(lateral + slope[:, None] * normal)
-
-    uv = _pixels(capture, foot, lateral, offset, T_camera_base)
-    height, _ = _heights(capture, foot, lateral, offset, normal, T_base_camera)
+    uv = project(capture, foot, lateral, offset, T_camera_base)
+    height = _heights(_look_up(capture.cloud, uv), foot, bed.normal, T_camera_base)
     margin = 2 * round(config.obstacle_margin / STEP) + 1
     along = 2 * round(config.obstacle_margin * pixel / spacing) + 1
-    high = (height > config.obstacle_height).astype(np.uint8)
-    hidden = cv2.dilate(high, np.ones((along, margin), np.uint8)) > 0
-    ridge = running_median(masked_median(height, (np.abs(offset) <= pixel) & np.isfinite(height)),
-                           window)
+    high = (height > config.obstacle_height).view(np.uint8)
+    hidden = cv2.dilate(high, np.ones((along, margin), np.uint8))
+    known = np.isfinite(height)
+    central = np.abs(offset) <= pixel
+    ridge = running_median(masked_median(height[:, central], known[:, central]),
+                           2 * round(WINDOW / 2 / spacing) + 1)
     to_camera = T_base_camera[:3, 3] - foot
-    lean = -ridge * np.einsum('nk,nk->n', to_camera, tangent) / (to_camera @ normal)
+    lean = -ridge * np.einsum('nk,nk->n', to_camera, tangent) / (to_camera @ bed.normal)
     return Sections(
-        foot, lateral, np.where(np.isfinite(lean), lean, 0.0), offset, pixel, spacing,
-        capture.camera.contains(uv), np.asarray(hidden), np.isfinite(height).mean(axis=1) > 0.1,
-        _raised(height, offset, pixel, beside), beside, clearance, foreign,
-        sample_image(capture.image, uv))
+        index, foot, lateral, np.where(np.isfinite(lean), lean, 0.0), offset, pixel, spacing,
+        capture.camera.contains(np.moveaxis(uv, 0, -1)), np.asarray(hidden).view(bool),
+        np.count_nonzero(known, axis=1) > 0.1 * len(offset),
+        _raised(height, offset, pixel, territory.beside), _fine(territory.beside, offset),
+        territory.clearance, _fine(territory.foreign, offset), sample_image(capture.image, uv))
 
 
-def sample_image(image: NDArray[np.uint8], uv: Array) -> Floats:
-    """RGB (N, M, 3) between the pixels of an image (H, W, 3), bilinear at uv (N, M, 2)."""
-    u, v = (uv[..., axis].astype(np.float32) for axis in (0, 1))
-    floating = image.astype(np.float32)
-    blocks = np.array_split(np.arange(len(uv)), 1 + len(uv) // 30000)  # OpenCV's largest side
-    return np.concatenate([
-        np.asarray(cv2.remap(floating, u[block], v[block], cv2.INTER_LINEAR,
-                             borderMode=cv2.BORDER_REPLICATE), np.float32)
-        for block in blocks if len(block)])
+def pixel_size(capture: Capture, points: Array, T_base_camera: Array) -> float:
+    """Length of a pixel's side about where the path (N, 3) is [m]."""
+    some = points[::1 + len(points) // TYPICAL]
+    distance = float(np.median(transform(invert(T_base_camera), some)[:, 2]))
+    return distance / capture.camera.focal_length
 
 
-def smoothed_tangents(points: Array, length: float) -> Array:
-    """Unit tangents (N, 3) over about ``length`` [m] of the path (N, 3) around each point."""
+def step_within_window(spacing: float) -> int:
+    """From one path point to the next that is asked of what is steady within a window."""
+    return max(1, round(WINDOW / ASKED / spacing))
+
+
+def sample_image(image: NDArray[np.uint8], uv: Floats) -> Floats:
+    """RGB (N, M, 3) between the pixels of an image (H, W, 3), bilinear at uv (2, N, M)."""
+    # What lies outside shows the image's border, so that has to be cut out with the rest.
+    last = np.array(image.shape[1::-1]) - 1
+    u0, v0 = np.clip(np.nan_to_num(np.fmin.reduce(uv, axis=(1, 2))), 0, last).astype(int)
+    u1, v1 = np.clip(np.nan_to_num(np.fmax.reduce(uv, axis=(1, 2))), 0, last).astype(int)
+    region = image[v0:v1 + 2, u0:u1 + 2].astype(np.float32)
+    return _remap(region, uv - np.array((u0, v0), np.float32)[:, None, None], cv2.INTER_LINEAR,
+                  cv2.BORDER_REPLICATE)
+
+
+def smoothed_tangents(points: Array, index: Index, length: float) -> Array:
+    """Unit tangents (N, 3) over a ``length`` [m] of the path (P, 3) around points (N,) of it."""
     spacing = typical_spacing(points)
     reach = int(np.clip(round(length / 2 / spacing), 1, max((len(points) - 1) // 2, 1)))
     last = len(points) - 1
-    index = np.arange(len(points))
     # As far back as ahead, so that a bend does not turn the tangent.
     near = np.minimum(reach, np.minimum(index, last - index))
     step = points[index + near] - points[index - near]
     if len(points) >= 3:  # at the ends a parabola takes the place of the missing side
-        step[0] = 4 * points[reach] - 3 * points[0] - points[min(2 * reach, last)]
-        step[-1] = 3 * points[-1] - 4 * points[last - reach] + points[max(last - 2 * reach, 0)]
+        step[index == 0] = 4 * points[reach] - 3 * points[0] - points[min(2 * reach, last)]
+        step[index == last] = (3 * points[-1] - 4 * points[last - reach]
+                               + points[max(last - 2 * reach, 0)])
     else:
         step[:] = points[-1] - points[0]
     # Where the path turns back on itself, or stands, the direction next to that counts.
     moving = np.flatnonzero(np.linalg.norm(step, axis=1) > 0)
     if len(moving):
-        after = np.minimum(np.searchsorted(moving, index), len(moving) - 1)
+        after = np.minimum(np.searchsorted(moving, np.arange(len(index))), len(moving) - 1)
         step = step[moving[after]]
     return _unit(step)
 
 
 def typical_spacing(points: Array) -> float:
     """Distance between neighbours of a path (N, 3) [m]; never quite nothing."""
-    return max(float(np.median(np.linalg.norm(np.diff(points, axis=0), axis=1))), 1e-6)
+    start = np.arange(0, len(points) - 1, 1 + len(points) // TYPICAL)
+    return max(float(np.median(np.linalg.norm(points[start + 1] - points[start], axis=1))), 1e-6)
 
 
-def masked_median(values: Array, mask: Flags) -> Array:
+def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
     """Median (N, ...) over the second axis of values (N, M, ...) where mask (N, M); NaN = none."""
-    shown = mask.reshape(*mask.shape, *(1,) * (values.ndim - 2))
-    ordered = np.sort(np.where(shown, values, np.inf), axis=1)
-    count = mask.sum(axis=1)
-    low, high = np.maximum(count - 1, 0) // 2, count // 2
+    # What is compared lies side by side in memory, which sorting needs to be fast.
+    ordered = np.moveaxis(values, 1, -1).copy()
+    shown = mask.reshape(len(mask), *(1,) * (values.ndim - 2), -1)
+    np.copyto(ordered, np.inf, where=~shown)
+    ordered.sort(axis=-1)
+    count = np.count_nonzero(mask, axis=1)
+    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, values.shape[1] - 1)
     row = np.arange(len(values))
-    middle = (ordered[row, low] + ordered[row, np.minimum(high, values.shape[1] - 1)]) / 2
+    middle = (ordered[row, ..., low] + ordered[row, ..., high]) / 2
     middle[count == 0] = np.nan
     return np.asarray(middle, np.float64)
 
@@ -180,74 +199,124 @@ def running_median(values: Array, window: int) -> Array:
     columns = values.reshape(len(values), -1)
     result = np.empty_like(columns)
     index = np.arange(len(values))
+    window = min(window, len(values))
     for number, column in enumerate(columns.T):
         known = np.flatnonzero(np.isfinite(column))
         if len(known) == 0:
             result[:, number] = np.nan
             continue
-        filled = np.interp(index, known, column[known])
-        result[:, number] = median_filter(filled, size=min(window, len(filled)), mode='nearest')
+        filled = column if len(known) == len(column) else np.interp(index, known, column[known])
+        result[:, number] = _filtered(filled, window)
     return result.reshape(values.shape)
 
 
-def _pixels(capture: Capture, foot: Array, lateral: Array, offset: Array,
-            T_camera_base: Array) -> Array:
-    """Pixels (N, M, 2) of the samples of sections."""
-    origin, direction = transform(T_camera_base, foot), lateral @ T_camera_base[:3, :3].T
-    return capture.camera.pixels(origin[:, None] + offset[:, None] * direction[:, None])
+def _filtered(values: Array, window: int) -> Array:
+    """Running median of values (N,); the first and the last go on beyond the ends."""
+    if window % 2 == 0 or window > SHORT:
+        return np.asarray(median_filter(values, size=window, mode='nearest'))
+    half = window // 2
+    padded = np.concatenate((np.full(half, values[0]), values, np.full(half, values[-1])))
+    windows = sliding_window_view(padded, window)
+    return np.asarray(np.partition(windows, half, axis=1)[:, half])
 
 
-def _heights(capture: Capture, foot: Array, lateral: Array, offset: Array, normal: Array,
-             T_base_camera: Array) -> tuple[Array, Array]:
-    """Height above the section and place along it (N, M) of the cloud at its samples [m]."""
+def _follow_surface(capture: Capture, points: Array, lateral: Array, offset: Array,
+                    spacing: float, beside: Flags, T_base_camera: Array, normal: Array,
+                    config: ThicknessConfig) -> tuple[Array, Array]:
+    """Feet (N, 3) of path points (N, 3) on the surface, and laterals (N, 3) turned to follow it.
+
+    From what the cloud shows of the bed at some ``offset`` (M,), where ``beside`` (N, M). The
+    surface bends slowly: not every section is asked.
+    """
     T_camera_base = invert(T_base_camera)
-    uv = _pixels(capture, foot, lateral, offset, T_camera_base)
-    inside = capture.camera.contains(uv)
-    u, v = np.moveaxis(np.rint(np.where(inside[..., None], uv, 0.0)).astype(np.intp), -1, 0)
-    cloud = capture.cloud[v, u]
-    rotation = T_camera_base[:3, :3]
+    chosen = np.arange(0, len(points), 2 * step_within_window(spacing))
+    foot, across, bare = points[chosen], lateral[chosen], beside[chosen]
+
+    def cloud(some: slice) -> Floats:
+        return _look_up(capture.cloud,
+                        project(capture, foot[some], across[some], offset, T_camera_base))
+
+    # The nozzle keeps about the same height above the surface all along.
+    few = slice(None, None, NOZZLE_ASKED)
+    height = _heights(cloud(few), foot[few], normal, T_camera_base)
+    gap = height[bare[few] & np.isfinite(height)]
+    nozzle = float(np.median(gap)) if len(gap) else 0.0
+    foot = foot + nozzle * normal
+    shown = cloud(slice(None))
+    height = _heights(shown, foot, normal, T_camera_base)
+    place = _places(shown, foot, across, T_camera_base)
+    side_height, side_place = [], []
+    for side in (place < 0, place > 0):
+        mask = side & bare & (np.abs(height) < config.obstacle_height)
+        side_height.append(masked_median(height, mask))
+        side_place.append(masked_median(place, mask))
+    window = 2 * round(WINDOW / 2 / (spacing * (chosen[1] if len(chosen) > 1 else 1))) + 1
+    right, left = (running_median(value, window) for value in side_height)
+    width = side_place[1] - side_place[0]
+    slope = running_median((left - right) / width, window)
+    slope = np.where(np.isfinite(slope), slope, 0.0)
+    right, left = right - slope * side_place[0], left - slope * side_place[1]
+    level = running_median(np.where(np.isfinite(right + left), (right + left) / 2,
+                                    np.where(np.isfinite(right), right, left)), window)
+    level = nozzle + np.where(np.isfinite(level), level, 0.0)
+    level, slope = (np.interp(np.arange(len(points)), chosen, values)
+                    for values in (level, slope))
+    return points + level[:, None] * normal, _unit(lateral + slope[:, None] * normal)
+
+
+def project(capture: Capture, foot: Array, lateral: Array, offset: Array,
+            T_camera_base: Array) -> Floats:
+    """Pixels (2, N, M) of the samples of sections; straight between every eighth of them."""
+    origin, direction = transform(T_camera_base, foot), lateral @ T_camera_base[:3, :3].T
+    knots = offset[0] + np.arange(len(offset) // KNOT + 2) * KNOT * (offset[1] - offset[0])
+    uv = capture.camera.pixels(origin[:, None] + knots[:, None] * direction[:, None])
+    start = np.moveaxis(uv, -1, 0).astype(np.float32)[..., None]
+    share = np.arange(KNOT, dtype=np.float32) / KNOT
+    between = start[:, :, :-1] + share * np.diff(start, axis=2)
+    return np.ascontiguousarray(between.reshape(2, len(foot), -1)[..., :len(offset)])
+
+
+def _look_up(cloud: Floats, uv: Floats) -> Floats:
+    """Points (N, M, 3) of a cloud (H, W, 3) at the nearest of pixels uv (2, N, M); NaN = none."""
+    return _remap(cloud, uv, cv2.INTER_NEAREST, cv2.BORDER_CONSTANT)
+
+
+def _remap(values: Floats, uv: Floats, interpolation: int, border: int) -> Floats:
+    """Values (N, M, 3) of an image (H, W, 3) at pixels uv (2, N, M)."""
+    rows = uv.shape[1]
+    blocks = [slice(start, start + LARGEST_SIDE) for start in range(0, rows, LARGEST_SIDE)]
+    return np.concatenate([
+        np.asarray(cv2.remap(values, uv[0, block], uv[1, block], interpolation,
+                             borderMode=border, borderValue=(np.nan,) * 3), np.float32)
+        for block in blocks])
+
+
+def _heights(cloud: Floats, foot: Array, normal: Array, T_camera_base: Array) -> Floats:
+    """Height (N, M) of points (N, M, 3) of the camera frame above sections' feet (N, 3) [m]."""
+    axis = T_camera_base[:3, :3] @ normal
+    below = (transform(T_camera_base, foot) @ axis).astype(np.float32)
+    return np.asarray(cv2.transform(cloud, axis[None]), np.float32) - below[:, None]
+
+
+def _places(cloud: Floats, foot: Array, lateral: Array, T_camera_base: Array) -> Floats:
+    """How far along their sections (N, M) points (N, M, 3) of the camera frame lie [m]."""
     from_foot = cloud - transform(T_camera_base, foot)[:, None].astype(np.float32)
-    height = from_foot @ (rotation @ normal).astype(np.float32)
-    place = np.einsum('nmk,nk->nm', from_foot, (lateral @ rotation.T).astype(np.float32))
-    height[~inside], place[~inside] = np.nan, np.nan
-    return height.astype(np.float64), place.astype(np.float64)
+    across = (lateral @ T_camera_base[:3, :3].T).astype(np.float32)
+    return np.asarray(np.matmul(from_foot, across[:, :, None])[..., 0], np.float32)
 
 
-def _raised(height: Array, offset: Array, pixel: float, beside: Flags) -> Flags:
+def _raised(height: Floats, offset: Array, pixel: float, beside: Flags) -> Flags:
     """Where (N,) the middle of a section stands above the bed by more than noise explains."""
-    at_bed = height[beside & np.isfinite(height)]
+    coarse = height[:, ::COARSE]
+    at_bed = coarse[beside & np.isfinite(coarse)]
     noise = 1.4826 * float(np.median(np.abs(at_bed - np.median(at_bed)))) if len(at_bed) else 0.0
-    central = (np.abs(offset) <= 2 * pixel) & np.isfinite(height)
-    return masked_median(height, central) > max(RAISED, 4 * noise)
+    middle = height[:, np.abs(offset) <= 2 * pixel]
+    return masked_median(middle, np.isfinite(middle)) > max(RAISED, 4 * noise)
 
 
-def _territory(points: Array, lateral: Array, offset: Array,
-               spacing: float) -> tuple[Flags, Array, Flags]:
-    """What the path alone says of the samples; see Sections: beside, clearance, foreign."""
-    coarse = offset[::4]
-    places = points[:, None] + coarse[:, None] * lateral[:, None]
-    thinned = np.arange(0, len(points), 2)
-    distance, nearest = cKDTree(points[thinned]).query(places.reshape(-1, 3))
-    shape = len(points), len(coarse)
-    distance = distance.reshape(shape)
-    along = np.abs(thinned[nearest].reshape(shape) - np.arange(len(points))[:, None]) * spacing
-    # The foot of a place on its own pass is near in arc length, even within a bend.
-    foreign = (along > np.pi * np.abs(coarse) + 4 * spacing) & (
-        distance < np.abs(coarse) - spacing)
-    beside = np.zeros(shape, bool)
-    clearance = []
-    for side in (coarse < 0, coarse > 0):
-        clearance.append(distance[:, side].max(axis=1))
-        # Close to other strands only half-way to them; in the open more of the bed, lest
-        # something that lies there be taken for it.
-        openness = clearance[-1] / offset[-1]
-        nearest_bed = clearance[-1] * (0.85 - 0.35 * openness**2)
-        beside[:, side] = distance[:, side] >= nearest_bed[:, None]
-
-    def fine(flags: Flags) -> Flags:
-        return np.repeat(flags, 4, axis=1)[:, :len(offset)]
-
-    return fine(beside), np.stack(clearance), fine(foreign)
+def _fine(flags: Flags, offset: Array) -> Flags:
+    """Flags (N, M) at every offset from those at every COARSE-th."""
+    return np.repeat(flags, COARSE, axis=1)[:, :len(offset)]
 
 
 def _unit(vectors: Array) -> Array:

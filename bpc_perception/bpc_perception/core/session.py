@@ -12,6 +12,7 @@ from bpc_perception.core.advisor import Advisor
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.incremental import PrintMemory
 from bpc_perception.core.measurement import measure, MeasurementError
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.poses import PoseBuffer
@@ -36,13 +37,17 @@ class HandEye:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a capture: profile and advice, or the reason why there is none."""
+    """What came of a capture: profile and advice, or the reason why there is none.
+
+    ``warning`` is about a result that is right as it is, but may not be what was meant.
+    """
 
     capture: Capture
     T_base_camera: Array | None = None
     profile: ThicknessProfile | None = None
     advice: RateAdvice | None = None
     refusal: str = ''
+    warning: str = ''
 
 
 class Session:
@@ -50,6 +55,8 @@ class Session:
 
     Live and offline runs both go through here, so that they give the same numbers.
     """
+
+    DEPTH = 4  # captures that may wait live for the path; each may be 46 MB
 
     def __init__(self, config: ThicknessConfig, hand_eye: HandEye) -> None:
         self.config = config
@@ -61,6 +68,7 @@ class Session:
         targets = config.advice.target_file
         self._targets = WidthTargets.read(targets) if targets else None
         self._advisor = Advisor(self._targets)
+        self._memory = PrintMemory()
 
     def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
         """Queue a capture, received at this time of the caller's clock."""
@@ -79,6 +87,18 @@ class Session:
         """Number of captures not measured yet."""
         return len(self._waiting)
 
+    def skip_overtaken(self) -> int:
+        """Forget captures that are no longer worth measuring live; how many.
+
+        Those for which a newer one can be measured by now, and the oldest of too many.
+        """
+        waiting = list(self._waiting)
+        ready = [index for index, (capture, _) in enumerate(waiting) if self._ready(capture)]
+        overtaken = {*ready[:-1], *range(len(waiting) - self.DEPTH)}
+        self._waiting = deque(entry for index, entry in enumerate(waiting)
+                              if index not in overtaken)
+        return len(overtaken)
+
     def clear(self) -> None:
         """Forget everything received, as when the clock jumps back."""
         self._poses.clear()
@@ -86,6 +106,7 @@ class Session:
         self._waiting.clear()
         self._numbers.clear()
         self._advisor = Advisor(self._targets)
+        self._memory = PrintMemory()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
         """Measure every capture that is ready, or has waited for longer than ``patience``.
@@ -121,7 +142,8 @@ class Session:
         number = self._numbers[path.print_id]
         self._numbers[path.print_id] += 1
         try:
-            profile = measure(capture, path, T_base_camera, self.config, number)
+            profile = measure(capture, path, T_base_camera, self.config, number,
+                              self._memory)
             advice = self._advisor.advise(profile, path, self.config.advice)
         except MeasurementError as error:
             return Result(capture, T_base_camera, refusal=str(error))
@@ -129,4 +151,5 @@ class Session:
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
-        return Result(capture, T_base_camera, profile, advice)
+        return Result(capture, T_base_camera, profile, advice,
+                      warning=profile.off_path(self.config.maximum_offset))

@@ -9,8 +9,10 @@ from bpc_perception.core.geometry import Array, invert, Plane, transform
 
 # Around each path pixel depth is looked up on a grid this wide, to see the bed on either side.
 REACH = 24  # [pixels]
-PROBES = 300  # path points at which the bed is probed
+PROBES = 100  # path points at which the bed is probed
 TRIALS = 100
+REFITS = 3  # on a curved bed the first may lean to one side
+JURY = 1000  # points of the cloud that choose between the trials
 INLIER = 0.002  # a bead's height, and the bend of a slightly curved bed [m]
 SEED = 0
 
@@ -35,6 +37,7 @@ def bed_plane(capture: Capture, points: Array, T_base_camera: Array) -> Plane:
     if len(cloud) < 3:
         raise ValueError(f'cloud: expected points around the path, found {len(cloud)} where '
                          f'{len(uv)} of {len(every)} path points are in the image')
+    some = cloud[::max(1, len(cloud) // JURY)]
     corners = cloud[np.random.default_rng(SEED).integers(0, len(cloud), (TRIALS, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
@@ -42,11 +45,15 @@ def bed_plane(capture: Capture, points: Array, T_base_camera: Array) -> Plane:
     if not spanning.any():
         raise ValueError('cloud: expected points that span a plane around the path, found none')
     normals = normals[spanning] / lengths[spanning, None]
-    distances = np.abs(cloud @ normals.T - np.einsum('ij,ij->i', corners[spanning, 0], normals))
-    best = np.argmax((distances < INLIER).sum(axis=0))
-    near = cloud[distances[:, best] < INLIER]
-    centre = near.mean(axis=0)
-    normal = np.linalg.svd(near - centre, full_matrices=False)[2][2]
+    offsets = np.einsum('ij,ij->i', corners[spanning, 0], normals)
+    best = np.argmax((np.abs(some @ normals.T - offsets) < INLIER).sum(axis=0))
+    normal, offset = normals[best], offsets[best]
+    for _ in range(REFITS):
+        near = cloud[np.abs(cloud @ normal - offset) < INLIER]
+        centre = near.mean(axis=0)
+        # The direction in which the points spread least.
+        normal = np.linalg.eigh((near - centre).T @ (near - centre))[1][:, 0]
+        offset = normal @ centre
     if normal @ (T_base_camera[:3, 3] - centre) < 0:
         normal = -normal
     return Plane(normal, float(-normal @ centre))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Protocol
 
@@ -11,7 +12,11 @@ from bpc_perception.core.capture import Capture
 
 # A module of a back end has a function ``open_camera(node)`` that declares the parameters it
 # needs and returns its Camera.
-BACK_ENDS = {'bag': 'bpc_perception.drivers.bag', 'synthetic': 'bpc_sim.synthetic_camera'}
+BACK_ENDS = {'bag': 'bpc_perception.drivers.bag', 'synthetic': 'bpc_sim.synthetic_camera',
+             'zivid': 'bpc_perception.drivers.zivid'}
+
+
+WARN = 'WARN'
 
 
 class CameraError(RuntimeError):
@@ -26,6 +31,9 @@ class Camera(Protocol):
 
     def capture(self, now_ns: int) -> Capture:
         """Take a capture. Raises CameraError when there is none."""
+
+    def notes(self) -> Mapping[str, object]:
+        """What is worth knowing of the device, for the diagnostics; a key WARN warns."""
 
     def close(self) -> None:
         """Let go of the device."""

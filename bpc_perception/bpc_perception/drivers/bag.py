@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
-from bpc_perception.bag import Bag
+from bpc_perception.bag import Bag, BagError
 from bpc_perception.core.capture import Capture
 from bpc_perception.drivers import CameraError
 from bpc_perception.recording import captures
@@ -20,23 +20,39 @@ class BagCamera:
         self._bag = bag
         self._captures: Iterator[tuple[int, Capture]] = captures(bag)
         self._next = next(self._captures, None)
+        self._damage = ''
         self._last_ns = 0
 
     def due(self, now_ns: int) -> bool:
         """Whether the next capture had been recorded by now."""
         if now_ns < self._last_ns:  # the recording is played again
             self._captures = captures(self._bag)
-            self._next = next(self._captures, None)
+            self._advance()
         self._last_ns = now_ns
-        return self._next is not None and self._next[0] <= now_ns
+        return bool(self._damage) or (self._next is not None and self._next[0] <= now_ns)
 
     def capture(self, now_ns: int) -> Capture:
         """The next recorded capture, if it is due."""
-        if not self.due(now_ns) or self._next is None:
+        due = self.due(now_ns)
+        if self._damage:
+            damage, self._damage = self._damage, ''
+            raise CameraError(damage)
+        if not due or self._next is None:
             raise CameraError('capture: expected a recorded capture up to now, found none left')
         capture = self._next[1]
-        self._next = next(self._captures, None)
+        self._advance()
         return capture
+
+    def _advance(self) -> None:
+        """Look at the next capture; a recording damaged there has none, which is said once."""
+        try:
+            self._next = next(self._captures, None)
+        except BagError as error:
+            self._next, self._damage = None, f'recording: {error}'
+
+    def notes(self) -> Mapping[str, object]:
+        """Nothing."""
+        return {}
 
     def close(self) -> None:
         """Nothing is held."""

@@ -36,13 +36,15 @@ class BagPlayerNode(Node):
         super().__init__('bag_player', **kwargs)
         self._config = NodeConfig(self, PlayerConfig()).value
         self._bag = Bag(self._config.bag)
-        self._names = find_topics(self._bag, topics.PRINT)
+        # Of the sources of poses those that were recorded.
+        robot = {name: kind for name, kind in topics.ROBOT.items()
+                 if any(topic.endswith(name) for topic in self._bag.topics)}
+        played = topics.PRINT | robot if topics.POSE in robot or not robot else {
+            **robot, topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]}
+        self._names = find_topics(self._bag, played)
         self._span = self._bag.span()
-        self._publishers_of = {
-            topics.POSE: self.create_publisher(
-                topics.PRINT[topics.POSE], topics.POSE, topics.EXTRUSION_QOS),
-            topics.EXTRUSION: self.create_publisher(
-                topics.PRINT[topics.EXTRUSION], topics.EXTRUSION, topics.EXTRUSION_QOS)}
+        self._publishers_of = {name: self.create_publisher(kind, name, topics.EXTRUSION_QOS)
+                               for name, kind in played.items()}
         self._clock_publisher = self.create_publisher(Clock, '/clock', 1)
         self._audience: list[int] = []
         self._settling_since = 0.0
@@ -74,13 +76,15 @@ class BagPlayerNode(Node):
             self._rewind()
 
     def _settled(self) -> bool:
-        """Whether robot, extruder and camera have their listeners, and no more are coming."""
-        counts = [publisher.get_subscription_count()
-                  for publisher in self._publishers_of.values()]
-        for name in topics.CAMERA:
-            counts += self.count_publishers(name), self.count_subscribers(name)
+        """Whether robot and extruder have listeners, a camera is there, and no more are coming."""
+        heard = {name: publisher.get_subscription_count()
+                 for name, publisher in self._publishers_of.items()}
+        needed = [heard.pop(topics.EXTRUSION), sum(heard.values())]
+        needed += [self.count_publishers(name) for name in topics.CAMERA]
+        # Captures may be handed over in the camera's process instead.
+        counts = needed + [self.count_subscribers(name) for name in topics.CAMERA]
         now = time.monotonic()
-        if counts != self._audience or not all(counts):
+        if counts != self._audience or not all(needed):
             self._audience, self._settling_since = counts, now
         return now - self._settling_since > SETTLED
 

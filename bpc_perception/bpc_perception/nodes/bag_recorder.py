@@ -16,7 +16,8 @@ from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
 
 FLUSH_PERIOD = 0.25  # what a killed recorder loses at most [s]
-QOS = {topics.POSE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
+QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
+       topics.EXTRUSION: topics.EXTRUSION_QOS,
        topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS}
 
 
@@ -28,7 +29,7 @@ class BagRecorderNode(Node):
         config = NodeConfig(self, BagRecorderConfig()).value
         self._bag = BagWriter(config.bag)
         self._diagnostics = Diagnostics(self)
-        for name, kind in (topics.CAMERA | topics.PRINT | topics.RESULTS).items():
+        for name, kind in (topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS).items():
             qos = QOS.get(name, topics.CAMERA_QOS if name in topics.CAMERA else topics.RESULT_QOS)
             full = self.resolve_topic_name(name)
             self._bag.add_topic(full, topics.type_name(kind))
@@ -48,7 +49,7 @@ class BagRecorderNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(BagRecorderNode)
+    run(BagRecorderNode, carries_captures=True, fast_streams=True)
 
 
 if __name__ == '__main__':

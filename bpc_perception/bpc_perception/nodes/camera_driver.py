@@ -2,60 +2,98 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from threading import Event
 from typing import Any
 
 from rclpy.node import Node
+from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from bpc_perception import topics
-from bpc_perception.conversions import capture_to_messages
+from bpc_perception.conversions import capture_to_messages, snr_to_message
+from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CameraConfig
-from bpc_perception.drivers import CameraError, open_camera
+from bpc_perception.core.region import crop
+from bpc_perception.drivers import CameraError, open_camera, WARN
 from bpc_perception.nodes.clock import steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 
 POLL_PERIOD = 0.02  # how late a recorded capture may come [s]
+TURN = 0.5  # how long those who listen to the topics wait for the measurement at most [s]
 
 
 class CameraDriverNode(Node):
-    """Publishes each capture as image, camera info and cloud; see the README."""
+    """Publishes each capture as image, camera info and cloud; see the README.
 
-    def __init__(self, **kwargs: Any) -> None:
+    With ``hand_over`` it is given to that first, and published when the event that
+    ``hand_over`` returns is set.
+    """
+
+    def __init__(self, hand_over: Callable[[Capture], Event] | None = None,
+                 **kwargs: Any) -> None:
         super().__init__('camera_driver', **kwargs)
+        self._hand_over = hand_over
         self._config = NodeConfig(self, CameraConfig())
+        if hand_over is None:  # or else the other node of this process has a say in that
+            be_a_good_neighbour(self._config.value.process, self.get_logger())
         self._camera = open_camera(self._config.value.back_end, self)
         self._diagnostics = Diagnostics(self)
         self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)
                          for name, kind in topics.CAMERA.items()]
+        self._snr = self.create_publisher(Image, topics.SNR, topics.CAMERA_QOS)
         self._last_ns = self._now_ns()
         self.create_service(Trigger, 'capture', self._on_request)
         self.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
 
     def _poll(self) -> None:
         # As with the vendor's node, what nobody listens to is not taken.
-        if not all(output.get_subscription_count() for output in self._outputs):
+        if self._hand_over is None and not all(
+                output.get_subscription_count() for output in self._outputs):
             return
         now_ns, rate = self._now_ns(), self._config.value.rate
         if now_ns < self._last_ns:  # the clock went back
             self._last_ns = now_ns
-        periodic = rate > 0 and now_ns - self._last_ns >= 1e9 / rate
-        if periodic or self._camera.due(now_ns):
-            self._last_ns = now_ns
+        period_ns = round(1e9 / rate) if rate > 0 else 0
+        if period_ns and now_ns - self._last_ns >= period_ns:
+            # In step, however late this is, unless that is by more than a period.
+            self._last_ns = max(self._last_ns + period_ns, now_ns - period_ns)
+            self._capture(now_ns)
+        elif self._camera.due(now_ns):
             self._capture(now_ns)
 
     def _capture(self, now_ns: int) -> str:
         """Take and publish a capture; why not, or an empty string."""
         try:
-            capture = self._camera.capture(now_ns)
-        except CameraError as error:
+            capture = crop(self._camera.capture(now_ns), self._config.value.region)
+        except (CameraError, ValueError) as error:
             self._diagnostics.refuse(error)
             return str(error)
-        for output, message in zip(self._outputs, capture_to_messages(capture), strict=True):
-            output.publish(message)
+        finally:
+            self._describe()
         self._diagnostics.count('captures')
+        if self._hand_over is not None:
+            self._hand_over(capture).wait(TURN if self._listened() else 0)
+        if self._listened():
+            for output, message in zip(self._outputs, capture_to_messages(capture), strict=True):
+                if output.get_subscription_count():
+                    output.publish(message)
+        if capture.snr is not None and self._snr.get_subscription_count():
+            self._snr.publish(snr_to_message(capture))
         return ''
+
+    def _listened(self) -> bool:
+        return any(output.get_subscription_count() for output in self._outputs)
+
+    def _describe(self) -> None:
+        for key, value in self._camera.notes().items():
+            if key == WARN:
+                self._diagnostics.warn(str(value))
+            else:
+                self._diagnostics.note(key, value)
 
     def _on_request(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._capture(self._now_ns())
@@ -73,7 +111,7 @@ class CameraDriverNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(CameraDriverNode)
+    run(CameraDriverNode, carries_captures=True)
 
 
 if __name__ == '__main__':

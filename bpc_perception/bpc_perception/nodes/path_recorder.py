@@ -5,32 +5,32 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import Trigger
 
-from bpc_interfaces.msg import DepositionPath, ExtrusionState
+from bpc_interfaces.msg import DepositionPath, DepositionPathUpdate, ExtrusionState
 from bpc_perception import topics
 from bpc_perception.bag import BagWriter
 from bpc_perception.conversions import (
-    check_frame,
-    ConversionError,
     extruder_from_message,
     path_to_message,
     path_to_nav,
-    pose_to_matrix,
-    stamp_to_ns,
 )
 from bpc_perception.core.config import RecorderConfig
-from bpc_perception.core.geometry import transform
+from bpc_perception.core.geometry import Array, transform
 from bpc_perception.core.path_assembly import PrintTracker
+from bpc_perception.nodes.allowance import Allowance
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.pose_source import subscribe_poses
+from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
+
+State = tuple[str, float, bool]  # of a path: print, complete until, finished
+PATH_SHARE = 0.05  # of the time that sending the whole path may take, however long it is
 
 
 class PathRecorderNode(Node):
@@ -40,15 +40,21 @@ class PathRecorderNode(Node):
         super().__init__('path_recorder', **kwargs)
         config = NodeConfig(self, RecorderConfig()).value
         self._config = config
+        be_a_good_neighbour(config.process, self.get_logger())
         self._tip = np.array(config.nozzle_offset)
         self._tracker = PrintTracker(config.path)
         self._diagnostics = Diagnostics(self)
-        self._published: tuple[str, float, bool] | None = None
+        # The state of the path when the update, the whole, and that for viewers were published.
+        self._updated: State | None = None
+        self._published: State | None = None
+        self._viewed: State | None = None
+        self._points_sent = 0
+        self._whole, self._view = Allowance(PATH_SHARE), Allowance(PATH_SHARE)
+        self._updates = self.create_publisher(
+            DepositionPathUpdate, topics.PATH_UPDATE, topics.PATH_UPDATE_QOS)
         self._paths = self.create_publisher(DepositionPath, topics.PATH, topics.PATH_QOS)
         self._nav_paths = self.create_publisher(Path, topics.NAV_PATH, topics.PATH_QOS)
-        self.create_subscription(
-            PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        subscribe_poses(self, config.pose, config.base_frame, self._diagnostics, self._on_pose)
         self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
                                  topics.EXTRUSION_QOS)
         for name, answer in (('start', self._start), ('stop', self._stop),
@@ -57,15 +63,8 @@ class PathRecorderNode(Node):
         self.create_timer(1.0 / config.publish_rate, self._publish, clock=steady_clock())
         self._jump = on_jump_back(self, self._tracker.clear)
 
-    def _on_pose(self, message: PoseStamped) -> None:
-        try:
-            check_frame('pose', message, self._config.base_frame)
-            T_base_flange = pose_to_matrix(message.pose)
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-            return
-        if self._tracker.add_pose(stamp_to_ns(message.header.stamp),
-                                  transform(T_base_flange, self._tip)):
+    def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        if self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip)):
             self._diagnostics.count('poses')
         else:
             self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
@@ -78,16 +77,25 @@ class PathRecorderNode(Node):
                 'extrusion_state: expected a later stamp than the last, found it late')
 
     def _publish(self) -> None:
-        path = self._tracker.path()
-        if path is None:
+        growing = self._tracker.growing_path()
+        if growing is None:
             return
-        state = (path.print_id, path.complete_until, path.finished)
-        if state == self._published:
-            return
-        self._published = state
-        self._paths.publish(path_to_message(path, self._config.base_frame))
-        if self._nav_paths.get_subscription_count():
-            self._nav_paths.publish(path_to_nav(path, self._config.base_frame))
+        state = (growing.print_id, growing.complete_until, growing.finished)
+        new_print = self._updated is None or self._updated[0] != growing.print_id
+        if state != self._updated:
+            first = 0 if new_print else self._points_sent
+            self._updated, self._points_sent = state, len(growing)
+            self._updates.publish(DepositionPathUpdate(
+                first=first, path=path_to_message(growing.path(first), self._config.base_frame)))
+        if state != self._published and (new_print or self._whole.due()):
+            self._published = state
+            with self._whole.spent():
+                self._paths.publish(path_to_message(growing.path(), self._config.base_frame))
+        if (state != self._viewed and self._nav_paths.get_subscription_count()
+                and self._view.due()):
+            self._viewed = state
+            with self._view.spent():
+                self._nav_paths.publish(path_to_nav(growing.path(), self._config.base_frame))
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._tracker.start(self.get_clock().now().nanoseconds)
@@ -124,7 +132,7 @@ class PathRecorderNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(PathRecorderNode)
+    run(PathRecorderNode, fast_streams=True)
 
 
 if __name__ == '__main__':

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import logging
 import sys
+from threading import Thread
+import traceback
 
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+
+from bpc_perception.nodes.process import end_with_parent, keep_memory
+
+try:
+    from rclpy.experimental import EventsExecutor
+except ImportError:  # before rclpy 7.1.4
+    EventsExecutor = None  # type: ignore[assignment]
 
 REFUSED = 2  # exit status: what was asked for cannot be done as it was asked
 
@@ -27,11 +36,23 @@ class RosLogHandler(logging.Handler):
         getattr(self._logger, level)(record.getMessage())
 
 
-def run(make_node: Callable[[], Node]) -> None:
-    """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start."""
+def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool = False,
+        fast_streams: bool = False) -> None:
+    """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start.
+
+    Of several nodes each has a thread of its own, so that none waits for another's callbacks.
+
+    Args:
+        make_node: makes the node or nodes.
+        carries_captures: messages of 40 MB come or go.
+        fast_streams: hundreds of messages come a second; half the work where rclpy can do it.
+    """
+    if carries_captures:
+        keep_memory()
+    end_with_parent()
     rclpy.init()
     try:
-        _spin(make_node)
+        _spin(make_node, fast_streams)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except Exception:  # half-made nodes raise all sorts of things when told to end while starting
@@ -41,17 +62,49 @@ def run(make_node: Callable[[], Node]) -> None:
         rclpy.try_shutdown()
 
 
-def _spin(make_node: Callable[[], Node]) -> None:
+def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) -> None:
     try:
-        node = make_node()
+        made = make_node()
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)
         sys.exit(REFUSED)
-    logging.getLogger('bpc_perception').addHandler(RosLogHandler(node))
-    # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
+    nodes = [made] if isinstance(made, Node) else list(made)
+    logging.getLogger('bpc_perception').addHandler(RosLogHandler(nodes[0]))
+    failures: list[Exception] = []
+    aside = [Thread(target=_spin_aside, args=(node, failures)) for node in nodes[1:]]
+    for thread in aside:
+        thread.start()
     try:
-        executor.spin()
+        _spin_one(nodes[0], fast_streams)
     finally:
-        node.destroy_node()
+        rclpy.try_shutdown()  # for those aside as well
+        for thread in aside:
+            thread.join()
+        for node in nodes:
+            node.destroy_node()
+        if failures:
+            traceback.print_exception(failures[0])
+            sys.exit(1)
+
+
+def _spin_one(node: Node, fast: bool = False) -> None:
+    # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
+    kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
+    executor = kind()
+    executor.add_node(node)
+    # Not spin(): that of the events executor never sleeps.
+    while rclpy.ok():
+        executor.spin_once(timeout_sec=0.1)
+
+
+def _spin_aside(node: Node, failures: list[Exception]) -> None:
+    """Spin in a thread; all end when this one does."""
+    try:
+        _spin_one(node)
+    except ExternalShutdownException:
+        pass
+    except Exception as error:
+        if rclpy.ok():  # or else it was told to end in the middle of something
+            failures.append(error)
+    finally:
+        rclpy.try_shutdown()

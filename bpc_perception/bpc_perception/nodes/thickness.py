@@ -2,54 +2,67 @@
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
+from threading import Event
 import time
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception import topics
 from bpc_perception.capture_pairing import CapturePairer
 from bpc_perception.conversions import (
     advice_to_message,
-    check_frame,
     ConversionError,
-    path_from_message,
-    pose_to_matrix,
     profile_to_message,
-    stamp_to_ns,
 )
+from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Array
+from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.session import Session
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.path_follower import PathFollower
+from bpc_perception.nodes.pose_source import subscribe_poses
+from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
+
+SKIPPED = 'captures skipped for newer ones'
 
 
 class ThicknessNode(Node):
-    """Measures each complete capture along the path; see the README for its interface."""
+    """Measures each complete capture along the path; see the README for its interface.
 
-    def __init__(self, **kwargs: Any) -> None:
+    Without ``camera_topics`` captures are handed over by a camera in the same process.
+    """
+
+    def __init__(self, camera_topics: bool = True, **kwargs: Any) -> None:
         super().__init__('thickness', **kwargs)
         self._config = NodeConfig(self, ThicknessConfig(), self._reconfigure)
         config = self._config.value
-        self._session = Session(config, load_hand_eye(config.hand_eye_file))
+        be_a_good_neighbour(config.process, self.get_logger())
+        hand_eye = load_hand_eye(config.hand_eye_file)
+        self._session = Session(config, hand_eye)
         self._pairer = CapturePairer()
+        self._handed_over: deque[tuple[Capture, int, Event]] = deque()
         self._diagnostics = Diagnostics(self)
         self._frame = config.base_frame
         self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
         self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
-        for name, kind in topics.CAMERA.items():
-            self.create_subscription(kind, name, partial(self._on_camera, name), topics.CAMERA_QOS)
-        self.create_subscription(
-            PoseStamped, topics.POSE, self._on_pose, topics.POSE_QOS,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
-        self.create_subscription(DepositionPath, topics.PATH, self._on_path, topics.PATH_QOS)
+        for name, kind in topics.CAMERA.items() if camera_topics else ():
+            qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
+            self.create_subscription(kind, name, partial(self._on_camera, name), qos)
+        if not hand_eye.on_base:
+            subscribe_poses(self, config.pose, config.base_frame, self._diagnostics,
+                            self._on_pose)
+        self._path = PathFollower(self, self._frame, self._on_path, self._diagnostics.refuse)
+        # Measured is after all messages that wait have been taken, since the newest wins.
+        self._news = self.create_guard_condition(self._publish_results)
         self.create_timer(0.1, self._check_waiting, clock=steady_clock())
         self._jump = on_jump_back(self, self._clear)
 
@@ -60,29 +73,36 @@ class ThicknessNode(Node):
             self._diagnostics.refuse(error)
             return
         if capture is not None:
-            self._diagnostics.count('captures')
-            self._session.add_capture(capture, time.monotonic_ns())
-            self._publish_results()
+            self._diagnostics.count(SKIPPED, self._pairer.overtaken(capture.stamp_ns))
+            self.hand_over(capture)
 
-    def _on_pose(self, message: PoseStamped) -> None:
-        try:
-            check_frame('pose', message, self._frame)
-            pose = pose_to_matrix(message.pose)
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-            return
-        self._session.add_flange_pose(stamp_to_ns(message.header.stamp), pose)
+    def hand_over(self, capture: Capture) -> Event:
+        """Take a capture, from any thread; the event is set when it had its turn."""
+        turn = Event()
+        self._handed_over.append((capture, time.monotonic_ns(), turn))
+        self._news.trigger()
+        return turn
 
-    def _on_path(self, message: DepositionPath) -> None:
-        try:
-            check_frame('deposition_path', message, self._frame)
-            self._session.set_path(path_from_message(message))
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-            return
-        self._publish_results()
+    def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        self._session.add_flange_pose(stamp_ns, T_base_flange)
+
+    def _on_path(self, path: DepositionPath) -> None:
+        self._session.set_path(path)
+        self._news.trigger()
 
     def _publish_results(self) -> None:
+        turns = []
+        while self._handed_over:
+            capture, received_ns, turn = self._handed_over.popleft()
+            self._diagnostics.count('captures')
+            self._session.add_capture(capture, received_ns)
+            turns.append(turn)
+        self._diagnostics.count(SKIPPED, self._session.skip_overtaken())
+        self._measure()
+        for turn in turns:
+            turn.set()
+
+    def _measure(self) -> None:
         for result in self._session.results(time.monotonic_ns()):
             if result.profile is None or result.advice is None:
                 self._diagnostics.refuse(result.refusal)
@@ -90,9 +110,11 @@ class ThicknessNode(Node):
             self._profiles.publish(profile_to_message(result.profile, self._frame))
             self._advice.publish(advice_to_message(result.advice))
             self._diagnostics.count('profiles')
+            if result.warning:
+                self._diagnostics.warn(result.warning)
 
     def _check_waiting(self) -> None:
-        self._publish_results()
+        self._news.trigger()
         patience_ns = round(self._config.value.patience * 1e9)
         for problem in self._pairer.give_up(time.monotonic_ns() - patience_ns):
             self._diagnostics.refuse(problem)
@@ -101,13 +123,15 @@ class ThicknessNode(Node):
         self._session.config = config
 
     def _clear(self) -> None:
+        self._handed_over.clear()
+        self._path.clear()
         self._session.clear()
         self._pairer.clear()
 
 
 def main() -> None:
     """Run the node."""
-    run(ThicknessNode)
+    run(ThicknessNode, carries_captures=True)
 
 
 if __name__ == '__main__':

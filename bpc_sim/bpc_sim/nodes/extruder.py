@@ -21,7 +21,7 @@ class SyntheticExtruderNode(SyntheticNode):
 
 def main() -> None:
     """Run the node."""
-    run(SyntheticExtruderNode)
+    run(SyntheticExtruderNode, fast_streams=True)
 
 
 if __name__ == '__main__':

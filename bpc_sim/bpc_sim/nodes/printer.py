@@ -16,7 +16,7 @@ from bpc_perception import topics
 from bpc_sim.closed_loop import PLUNGER_AREA
 from bpc_sim.closed_loop_job import ClosedLoopJob
 from bpc_sim.config import SimConfig
-from bpc_sim.messages import POSE_RATE, robot_message
+from bpc_sim.messages import robot_message
 from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
 
 POSES_PER_STATE = 2  # of the extruder
@@ -43,7 +43,7 @@ class SyntheticPrinterNode(Node):
         self._time = min((self._last_ns - self._start_ns) * 1e-9, 0.0)
         self._pushed = 0.0  # [m]
         self._ticks = 0
-        self.create_timer(1.0 / POSE_RATE, self._tick)
+        self.create_timer(1.0 / config.pose_rate, self._tick)
 
     def _follow(self, name: str) -> Any:
         def take(message: Float64) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 from bpc_perception.nodes.run import run
 
 from bpc_perception import topics
-from bpc_sim.messages import POSE_RATE, robot_message
+from bpc_sim.messages import robot_message
 from bpc_sim.nodes.synthetic import SyntheticNode
 
 
@@ -15,12 +15,12 @@ class SyntheticRobotNode(SyntheticNode):
     """Publishes ``end_effector_pose`` of a simulated print."""
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__('synthetic_robot', topics.POSE, POSE_RATE, robot_message, **kwargs)
+        super().__init__('synthetic_robot', topics.POSE, None, robot_message, **kwargs)
 
 
 def main() -> None:
     """Run the node."""
-    run(SyntheticRobotNode)
+    run(SyntheticRobotNode, fast_streams=True)
 
 
 if __name__ == '__main__':

@@ -14,9 +14,12 @@ from bpc_sim.print_job import PrintJob
 
 
 class SyntheticNode(Node):
-    """Re-enacts its part of the print from the clock alone, so that all parts agree."""
+    """Re-enacts its part of the print from the clock alone, so that all parts agree.
 
-    def __init__(self, name: str, topic: str, rate: float,
+    It publishes at ``rate``, or at that of the robot where there is none.
+    """
+
+    def __init__(self, name: str, topic: str, rate: float | None,
                  message_at: Callable[[PrintJob, float, int], Any], **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
         self._config = NodeConfig(self, SimConfig()).value
@@ -25,7 +28,7 @@ class SyntheticNode(Node):
         # Reliable offers also serve those who ask for sensor data, best effort.
         self._publisher = self.create_publisher(
             topics.PRINT[topic], topic, topics.EXTRUSION_QOS)
-        self.create_timer(1.0 / rate, self._publish)
+        self.create_timer(1.0 / (rate or self._config.pose_rate), self._publish)
 
     def _publish(self) -> None:
         now_ns = self.get_clock().now().nanoseconds

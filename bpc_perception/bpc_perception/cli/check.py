@@ -1,0 +1,159 @@
+"""``bpc check``: what is there and what is missing, before a print."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+import os
+from pathlib import Path
+import shutil
+import struct
+import time
+from typing import Annotated, Any
+
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import ReliabilityPolicy
+import typer
+
+from bpc_perception import topics
+from bpc_perception.cli.options import RemapOption, remappings
+from bpc_perception.conversions import ConversionError
+from bpc_perception.core.config import ConfigError, RecorderConfig, ThicknessConfig
+from bpc_perception.core.extruder import error_names
+from bpc_perception.flange_poses import FlangePoses
+from bpc_perception.handeye import load_hand_eye
+from bpc_perception.parameter_files import configure, live_recorder
+from bpc_perception.preflight import (
+    FAIL,
+    Finding,
+    Heard,
+    judge_calibration,
+    judge_disk,
+    judge_extruder,
+    judge_target,
+    judge_topic,
+    judge_transport,
+    OK,
+)
+
+DAY = 86400.0  # [s]
+
+
+class Listener:
+    """Hears what the rig publishes for a while."""
+
+    def __init__(self, node: Node, recorder: RecorderConfig, others: dict[str, str]) -> None:
+        self._node = node
+        self._poses = FlangePoses(recorder.pose, recorder.base_frame)
+        self._timed = recorder.pose.source != 'pose'
+        self.extruder: Any = None
+        self.heard: list[Heard] = []
+        for name, kind in topics.CAMERA.items():
+            # Not taken apart: a cloud may have 37 MB.
+            self._listen(others.get(name, name), 'camera', kind, topics.CAMERA_QOS, raw=True)
+        if recorder.pose.source != 'tf':
+            name = self._poses.topic
+            self._listen(others.get(name, name), 'pose', self._poses.message_class,
+                         topics.POSE_QOS)
+        name = topics.EXTRUSION
+        self._listen(others.get(name, name), 'extruder', topics.PRINT[name], topics.EXTRUSION_QOS)
+
+    def _listen(self, topic: str, kind: str, message_class: Any, qos: Any,
+                raw: bool = False) -> None:
+        heard = Heard(self._node.resolve_topic_name(topic), kind, topics.type_name(message_class))
+        self.heard.append(heard)
+        self._node.create_subscription(
+            message_class, topic, partial(self._on_message, heard), qos, raw=raw)
+
+    def _on_message(self, heard: Heard, message: Any) -> None:
+        now_ns = time.time_ns()
+        heard.arrivals.append(time.monotonic())
+        if heard.kind == 'camera':
+            # The stamp is what a message with a header begins with, after 4 bytes of CDR.
+            seconds, nanoseconds = struct.unpack_from('<iI', message, 4)
+            heard.delays.append((now_ns - seconds * 10**9 - nanoseconds) * 1e-9)
+        elif heard.kind == 'pose':
+            try:
+                stamp_ns, _ = self._poses.read(message, now_ns)
+            except ConversionError as error:
+                heard.problems.append(str(error))
+                return
+            if self._timed:
+                heard.delays.append((now_ns - stamp_ns) * 1e-9)
+        else:
+            self.extruder = message
+            stamp = message.header.stamp
+            heard.delays.append((now_ns - stamp.sec * 10**9 - stamp.nanosec) * 1e-9)
+
+    def findings(self) -> Iterator[Finding]:
+        """What is good or bad about the topics."""
+        for heard in self.heard:
+            found = self._node.get_publishers_info_by_topic(heard.topic)
+            heard.publishers = len(found)
+            heard.types = sorted({each.topic_type for each in found})
+            heard.best_effort = any(
+                each.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT for each in found)
+            yield from judge_topic(heard)
+        if self.extruder is not None:
+            yield from judge_extruder(error_names(self.extruder.error_status),
+                                      bool(self.extruder.position_uncertain),
+                                      bool(np.isfinite(self.extruder.flow_rate)))
+
+
+def check(
+    hand_eye: Annotated[Path, typer.Option(
+        '--handeye', metavar='FILE', help='Hand-eye calibration.')],
+    parameters: Annotated[Path | None, typer.Option(
+        '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
+    remap: RemapOption = None,
+    seconds: Annotated[float, typer.Option(help='How long to listen.')] = 5.0,
+) -> None:
+    """Ask before a print what is there; OK, WARN or FAIL for each, and what to do.
+
+    The exit status is 1 if something fails.
+    """
+    others = remappings(remap)
+    found = list(_settings(hand_eye, parameters))
+    found += judge_transport(os.environ, shutil.disk_usage('/dev/shm').free)
+    found.append(judge_disk(str(Path.cwd()), shutil.disk_usage(Path.cwd()).free))
+    for finding in found:
+        _show(finding)
+    rclpy.init(args=[])  # the command's own have := in them too
+    node = rclpy.create_node('bpc_check')
+    try:
+        listener = Listener(node, configure(RecorderConfig(), 'path_recorder', parameters), others)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            rclpy.spin_once(node, timeout_sec=0.05)
+        for finding in listener.findings():
+            _show(finding)
+            found.append(finding)
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    failed = sum(finding.level == FAIL for finding in found)
+    if failed:
+        print(f'{failed} of {len(found)} fail')
+        raise typer.Exit(1)
+
+
+def _settings(hand_eye: Path, parameters: Path | None) -> Iterator[Finding]:
+    calibration = load_hand_eye(hand_eye)
+    age = (time.time() - hand_eye.stat().st_mtime) / DAY
+    yield judge_calibration('eye_on_base' if calibration.on_base else 'eye_in_hand', age)
+    yield judge_target(configure(
+        ThicknessConfig(), 'thickness', parameters).advice.target_thickness)
+    try:
+        offset = live_recorder(parameters).nozzle_offset
+    except ConfigError as error:
+        yield Finding(FAIL, 'nozzle offset', 'none', str(error))
+        return
+    yield Finding(OK, 'nozzle offset',
+                  ', '.join(f'{value * 1e3:.2f}' for value in offset) + ' mm')
+
+
+def _show(finding: Finding) -> None:
+    todo = f'; {finding.todo}' if finding.todo else ''
+    print(f'{finding.level:4} {finding.subject}: {finding.found}{todo}', flush=True)

@@ -1,0 +1,172 @@
+"""From what the extruder's stepper driver says to how the plunger moves and what ink flows.
+
+The driver is a Pololu Tic; names, units and bits are those of its user's guide and of
+``tic_protocol.h`` in pololu-tic-software. By itself or behind a micro-controller, which sends
+a line a state:
+
+    BPC1,millis,position,velocity,step_mode,operation_state,misc_flags,error_status,
+    errors_occurred,vin_mv*XXXX
+
+in one line, ended by LF or CR LF. All numbers are decimal integers, but for the four digits after
+the asterisk: the CRC-16/XMODEM of all bytes before it, in hexadecimal. (The exclusive or of NMEA
+0183 stays the same when two equal digits get lost.) ``millis`` is the micro-controller's clock
+[ms], 32 bits.
+"""
+
+from __future__ import annotations
+
+from binascii import crc_hqx
+from dataclasses import dataclass
+import math
+
+from bpc_perception.core.config import PlungerConfig
+
+LINE_START = b'BPC1'
+FIELDS = ('millis', 'position', 'velocity', 'step_mode', 'operation_state', 'misc_flags',
+          'error_status', 'errors_occurred', 'vin_mv')
+# Microsteps a full step, by the code of the step mode.
+MICROSTEPS = {0: 1, 1: 2, 2: 4, 3: 8, 4: 16, 5: 32, 6: 2, 7: 64, 8: 128, 9: 256}
+POSITION_UNCERTAIN = 1 << 1  # of misc_flags
+OPERATION_STATES = {0: 'reset', 2: 'de-energized', 4: 'soft error', 6: 'waiting for ERR line',
+                    8: 'starting up', 10: 'normal'}
+ERRORS = {0: 'intentionally de-energized', 1: 'motor driver', 2: 'low VIN', 3: 'kill switch',
+          4: 'required input invalid', 5: 'serial error', 6: 'command timeout',
+          7: 'safe start violation', 8: 'ERR line high', 16: 'serial framing',
+          17: 'RX overrun', 18: 'format', 19: 'CRC', 20: 'encoder skip'}
+
+
+class ExtruderError(RuntimeError):
+    """The extruder cannot be read any more; the message says why."""
+
+
+class StateError(ValueError):
+    """One state cannot be used; the message names what was expected and found."""
+
+
+@dataclass(frozen=True)
+class TicState:
+    """What the stepper driver says of itself.
+
+    Attributes:
+        device_ns: time by the device's clock [ns]; None = it has none.
+        position: commanded [microsteps].
+        velocity: commanded [microsteps per 10000 s].
+        step_mode: code of the size of a microstep.
+        operation_state, misc_flags, error_status, errors_occurred: as the Tic has them.
+        vin_mv: supply voltage [mV].
+    """
+
+    device_ns: int | None
+    position: int
+    velocity: int
+    step_mode: int
+    operation_state: int = 10
+    misc_flags: int = 0
+    error_status: int = 0
+    errors_occurred: int = 0
+    vin_mv: int = 0
+
+    def __post_init__(self) -> None:
+        if self.step_mode not in MICROSTEPS:
+            raise StateError(f'step mode: expected a code up to {max(MICROSTEPS)}, '
+                             f'found {self.step_mode}')
+
+
+def error_names(bits: int) -> str:
+    """The errors of ``error_status`` or ``errors_occurred`` in words; empty = none."""
+    return ', '.join(ERRORS.get(bit, f'bit {bit}') for bit in range(32) if bits >> bit & 1)
+
+
+def parse_line(line: bytes) -> TicState:
+    """The state in a line without its end. Raises StateError."""
+    content, star, given = line.strip().rpartition(b'*')
+    expected = b'%04X' % crc_hqx(content, 0)
+    if not star or given.upper() != expected:
+        raise StateError(f'line: expected checksum {expected.decode()}, found {_shown(line)}')
+    start, *fields = content.split(b',')
+    if start != LINE_START or len(fields) != len(FIELDS):
+        raise StateError(f'line: expected {LINE_START.decode()} and {len(FIELDS)} numbers, '
+                         f'found {_shown(line)}')
+    try:
+        millis, *numbers = (int(field) for field in fields)
+    except ValueError:
+        raise StateError(f'line: expected whole numbers, found {_shown(line)}') from None
+    return TicState(millis * 10**6, *numbers)
+
+
+def format_line(state: TicState) -> bytes:
+    """The line of a state, as the reference sketch sends it."""
+    numbers = ((state.device_ns or 0) // 10**6, state.position, state.velocity, state.step_mode,
+               state.operation_state, state.misc_flags, state.error_status,
+               state.errors_occurred, state.vin_mv)
+    content = b','.join((LINE_START, *(b'%d' % number for number in numbers)))
+    return content + b'*%04X\r\n' % crc_hqx(content, 0)
+
+
+def _shown(line: bytes) -> str:
+    return repr(line[:80])[1:]
+
+
+@dataclass(frozen=True)
+class PlungerMotion:
+    """How the plunger moves; unknown is NaN.
+
+    Attributes:
+        extruding: whether ink is being pushed out.
+        velocity, position: of the plunger, > 0 and growing while ink is pushed out [m/s], [m].
+        flow_rate: commanded volume of ink per time [m^3/s].
+        position_uncertain: whether nobody vouches for the position.
+    """
+
+    extruding: bool
+    velocity: float
+    position: float
+    flow_rate: float
+    position_uncertain: bool
+
+
+class Plunger:
+    """Turns states into motion, with the geometry of syringe and drive."""
+
+    def __init__(self, config: PlungerConfig) -> None:
+        self._config = config
+        self._step_mode: int | None = None
+        self._position = 0.0
+        self._zero = 0.0
+
+    def motion(self, state: TicState) -> PlungerMotion:
+        """The motion of a state.
+
+        Positions count microsteps of whatever size holds now. When that changes the plunger has
+        not moved, so the zero does.
+        """
+        sign = -1.0 if self._config.reversed else 1.0
+        pitch = sign * self.travel_per_microstep(state.step_mode)
+        travelled = pitch * state.position
+        if self._step_mode not in (None, state.step_mode):
+            self._zero = self._position - travelled
+        self._step_mode = state.step_mode
+        self._position = travelled + self._zero
+        velocity = pitch * state.velocity / 10000
+        extruding = (sign * state.velocity > 0 if math.isnan(velocity)
+                     else velocity > self._config.minimum_velocity)
+        return PlungerMotion(extruding, velocity, self._position, self.flow_rate(velocity),
+                             bool(state.misc_flags & POSITION_UNCERTAIN))
+
+    def travel_per_microstep(self, step_mode: int) -> float:
+        """How far the plunger goes [m]; NaN without a known lead."""
+        if not self._config.lead:
+            return math.nan
+        steps = self._config.steps_per_revolution * MICROSTEPS[step_mode]
+        return self._config.lead / steps
+
+    def flow_rate(self, velocity: float) -> float:
+        """Volume per time of a velocity [m/s] of the plunger [m^3/s]; NaN without a known bore."""
+        return math.pi / 4 * self._config.bore**2 * velocity if self._config.bore else math.nan
+
+    def moving(self, velocity: float, position: float) -> PlungerMotion:
+        """The motion of a plunger whose velocity [m/s] and position [m] are known as such."""
+        sign = -1.0 if self._config.reversed else 1.0
+        velocity *= sign
+        return PlungerMotion(velocity > self._config.minimum_velocity, velocity, sign * position,
+                             self.flow_rate(velocity), math.isnan(position))

@@ -1,0 +1,203 @@
+"""Camera back end for a Zivid camera, through the vendor's package for Python.
+
+The package needs the vendor's SDK, so it is imported only here. Names and behaviour are those of
+zivid-python 2.17; see the README for what has been tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+import time
+from typing import Any
+
+import numpy as np
+from rclpy.node import Node
+
+from bpc_perception.core.back_off import BackOff
+from bpc_perception.core.capture import Capture, PinholeCamera
+from bpc_perception.core.config import ZividConfig
+from bpc_perception.core.geometry import Array
+from bpc_perception.drivers import CameraError, WARN
+from bpc_perception.nodes.parameters import NodeConfig
+
+MILLIMETRE = np.float32(1e-3)  # the SDK's unit [m]
+# Where points of the cloud may fall beside their own pixels with the right intrinsics [pixels].
+LARGEST_DEVIATION = 1.0
+THROTTLED = 0.01  # waiting of the camera to cool down that is worth a warning [s]
+
+
+class ZividCamera:
+    """A camera that is connected when it is needed, and again after it was gone."""
+
+    def __init__(self, zivid: Any, config: ZividConfig, clock_ns: Callable[[], int]) -> None:
+        """Load the settings and look for the camera. Raises ValueError for unfit settings."""
+        self._zivid = zivid
+        self._config = config
+        self._clock_ns = clock_ns
+        self._colours = 'rgba_srgb' if config.color_space == 'srgb' else 'rgba'
+        self._notes: dict[str, object] = {}
+        self._back_off = BackOff(0.5, 10.0)
+        self._camera: Any = None
+        self._application = zivid.Application()  # one a process, kept for its life
+        self._settings = self._load_settings()
+        try:
+            self._connect()
+        except CameraError as error:  # it may come later
+            self._notes[WARN] = error
+
+    def due(self, now_ns: int) -> bool:
+        """Never: it is asked for captures. Meanwhile a camera that is gone is looked for."""
+        del now_ns
+        if self._camera is None and not self._back_off.waiting(time.monotonic()):
+            try:
+                self._connect()
+            except CameraError as error:
+                self._notes[WARN] = error
+        return False
+
+    def capture(self, now_ns: int) -> Capture:
+        """Take a capture, stamped with the middle of its acquisition."""
+        del now_ns
+        if self._camera is None:
+            wait = self._back_off.waiting(time.monotonic())
+            if wait:
+                raise CameraError(f'zivid: expected a camera, found none; looked for again in '
+                                  f'{wait:.1f} s')
+            self._connect()
+        try:
+            before_ns = self._clock_ns()
+            with self._camera.capture_2d_3d(self._settings) as frame:
+                after_ns = self._clock_ns()
+                metrics = frame.info.metrics
+                cloud = frame.point_cloud()  # waits; what went wrong meanwhile is raised here
+                xyz = cloud.copy_data('xyz') * MILLIMETRE
+                image = np.ascontiguousarray(cloud.copy_data(self._colours)[..., :3])
+                snr = cloud.copy_data('snr')
+                camera = self._intrinsics(frame, xyz)
+            self._describe(metrics)
+        except CameraError:  # a capture that cannot be used, from a camera that is there
+            raise
+        except RuntimeError as error:  # what the SDK raises for whatever happens to a camera
+            self._drop()
+            raise CameraError(f'zivid: expected a capture, found: {error}') from error
+        # The call returns when the acquisition ends [zivid-python, Camera.capture_2d_3d].
+        lasted_ns = round(metrics.acquisition_time.total_seconds() * 1e9)
+        stamp_ns = max(after_ns - lasted_ns // 2, before_ns)
+        return Capture(stamp_ns, self._config.frame_id, image, xyz, camera, snr)
+
+    def notes(self) -> Mapping[str, object]:
+        """Model, serial number, temperatures, throttling."""
+        notes, self._notes = self._notes, {}
+        return notes
+
+    def close(self) -> None:
+        """Disconnect the camera."""
+        if self._camera is not None:
+            self._drop()
+        if self._application is not None:
+            self._application.release()
+            self._application = None
+
+    def _load_settings(self) -> Any:
+        file = self._config.settings_file
+        if not file:
+            kinds = self._zivid.Settings, self._zivid.Settings2D
+            colour = kinds[1](acquisitions=[kinds[1].Acquisition()])
+            return kinds[0](acquisitions=[kinds[0].Acquisition()], color=colour)
+        try:
+            settings = self._zivid.Settings.load(file)
+        except RuntimeError as error:
+            raise ValueError(f'settings_file: expected capture settings of Zivid, '
+                             f'found {file}: {error}') from error
+        if settings.color is None:
+            raise ValueError(f'settings_file: expected settings of the colour image as well, '
+                             f'found none in {file}')
+        return settings
+
+    def _connect(self) -> None:
+        try:
+            self._camera = self._application.connect_camera(
+                **({'serial_number': self._config.serial_number}
+                   if self._config.serial_number else {}))
+            info = self._camera.info
+        except RuntimeError as error:
+            self._camera = None
+            self._back_off.failed(time.monotonic())
+            raise CameraError(f'zivid: expected to connect a camera, found: {error}') from error
+        self._back_off.succeeded()
+        self._notes |= {'model': info.model_name, 'serial number': info.serial_number,
+                        'firmware': info.firmware_version}
+
+    def _drop(self) -> None:
+        camera, self._camera = self._camera, None
+        self._back_off.failed(time.monotonic())
+        try:
+            camera.disconnect()
+        except RuntimeError as error:
+            self._notes['disconnected'] = error
+
+    def _describe(self, metrics: Any) -> None:
+        temperature = self._camera.state.temperature
+        throttled = metrics.throttling_time.total_seconds()
+        self._notes |= {
+            'temperature, general [degrees C]': f'{temperature.general:.1f}',
+            'temperature, lens [degrees C]': f'{temperature.lens:.1f}',
+            'acquisition time [s]': f'{metrics.acquisition_time.total_seconds():.3f}',
+            'capture time [s]': f'{metrics.capture_time.total_seconds():.3f}',
+            'throttling time [s]': f'{throttled:.3f}'}
+        if throttled > THROTTLED:
+            self._notes[WARN] = (f'zivid: expected to capture at once, found that the camera '
+                                 f'waited for {throttled:.2f} s to cool down; capture less often')
+
+    def _intrinsics(self, frame: Any, xyz: Array) -> PinholeCamera:
+        """The intrinsics that put the cloud onto its own pixels.
+
+        Those of the camera may belong to another resolution (zivid-ros, pull request 154), so
+        they are checked, and otherwise estimated from the capture.
+        """
+        calibration = import_module('zivid.experimental.calibration')
+        height, width = xyz.shape[:2]
+        tried = []
+        if self._config.intrinsics == 'camera':
+            tried.append(lambda: calibration.intrinsics(self._camera, self._settings))
+        tried.append(lambda: calibration.estimate_intrinsics(frame))
+        for attempt in tried:
+            camera = _pinhole(attempt(), width, height)
+            deviation = _deviation(camera, xyz)
+            if not deviation > LARGEST_DEVIATION:
+                return camera
+        raise CameraError('zivid: expected intrinsics that put the cloud onto its pixels, found '
+                          f'it {deviation:.1f} pixels beside them')
+
+
+def _pinhole(intrinsics: Any, width: int, height: int) -> PinholeCamera:
+    matrix, lens = intrinsics.camera_matrix, intrinsics.distortion
+    K = np.array(((matrix.fx, 0, matrix.cx), (0, matrix.fy, matrix.cy), (0, 0, 1.0)))
+    return PinholeCamera(K, np.array((lens.k1, lens.k2, lens.p1, lens.p2, lens.k3)),
+                         width, height)
+
+
+def _deviation(camera: PinholeCamera, xyz: Array) -> float:
+    """Median distance of points from their own pixels [pixels]; NaN without points."""
+    step = max(max(xyz.shape[:2]) // 64, 1)
+    points = xyz[::step, ::step].astype(np.float64)
+    uv = camera.pixels(points)
+    v, u = np.mgrid[0:xyz.shape[0]:step, 0:xyz.shape[1]:step]
+    distance = np.hypot(uv[..., 0] - u, uv[..., 1] - v)
+    finite = distance[np.isfinite(distance)]
+    return float(np.median(finite)) if len(finite) else float('nan')
+
+
+def open_camera(node: Node) -> ZividCamera:
+    """The camera that the node's parameters name.
+
+    Raises ValueError where the vendor's package is not installed.
+    """
+    try:
+        zivid = import_module('zivid')
+    except ImportError as error:
+        raise ValueError('back_end: expected the package zivid and the SDK of the same version '
+                         f'to be installed, found: {error}') from error
+    config = NodeConfig(node, ZividConfig()).value
+    return ZividCamera(zivid, config, lambda: int(node.get_clock().now().nanoseconds))

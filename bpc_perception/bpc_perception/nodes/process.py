@@ -1,0 +1,59 @@
+"""What a node's process asks of the operating system: memory, cores, and an end in good time."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from pathlib import Path
+import signal
+
+import cv2
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
+from bpc_perception.core.config import ProcessConfig
+
+# Set for a child that shall not outlive its parent; its value is the parent's process id.
+PARENT_VARIABLE = 'BPC_PARENT'
+
+# Options of mallopt (malloc.h of glibc) and their values. A cloud of 37 MB exceeds the largest
+# size that glibc keeps for re-use by itself, 32 MB: each copy would be new memory, which the
+# kernel zeroes page by page, for longer than the copy takes.
+M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_MAX, M_ARENA_MAX = -1, -2, -4, -8
+ALLOCATOR = {M_MMAP_MAX: 0, M_TRIM_THRESHOLD: 2**31 - 1, M_TOP_PAD: 64 << 20, M_ARENA_MAX: 1}
+PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+
+def keep_memory() -> None:
+    """Let the allocator keep what was used for a capture for the next one; glibc only.
+
+    To be called before anything else allocates much, or starts threads.
+    """
+    mallopt = getattr(ctypes.CDLL(None), 'mallopt', None)
+    if mallopt is not None:
+        for option, value in ALLOCATOR.items():
+            mallopt(option, value)
+
+
+def end_with_parent() -> None:
+    """End when the process that started this one ends, even by SIGKILL; Linux only."""
+    parent = os.environ.pop(PARENT_VARIABLE, '')
+    prctl = getattr(ctypes.CDLL(None), 'prctl', None)
+    if not parent or prctl is None:
+        return
+    prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != int(parent):  # it ended before
+        raise SystemExit(1)
+
+
+def be_a_good_neighbour(config: ProcessConfig, logger: RcutilsLogger) -> None:
+    """Bound the threads of OpenCV and give way to others as the configuration says."""
+    cv2.setNumThreads(config.threads)
+    if config.niceness == 0:
+        return
+    try:
+        # Linux keeps a niceness for each thread, and the middleware's have started by now.
+        for thread in Path('/proc/self/task').iterdir():
+            os.setpriority(os.PRIO_PROCESS, int(thread.name), config.niceness)
+    except OSError as error:
+        logger.warning(f'process.niceness: expected to be allowed {config.niceness}, found: '
+                       f'{error}; running with {os.getpriority(os.PRIO_PROCESS, 0)}')

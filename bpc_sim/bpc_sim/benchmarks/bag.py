@@ -1,0 +1,44 @@
+"""How many captures of a recording are measured a second, offline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from bpc_perception.cli.inputs import Inputs
+from bpc_perception.offline import measure_bag
+from bpc_perception.recording import find_topics
+import numpy as np
+
+from bpc_perception import topics
+from bpc_sim.benchmarks.timing import interleaved
+
+Row = dict[str, object]
+
+
+def run(given: Inputs, quick: bool = False) -> list[Row]:
+    """Rows of reading a recording, and of measuring it too; the same twice, or ValueError."""
+    first, second = thicknesses(given), thicknesses(given)
+    if not first:
+        raise ValueError(f'bench bag: expected captures to measure in {given.bag.path}, '
+                         'found none')
+    for one, other in zip(first, second, strict=True):
+        if not np.array_equal(one, other, equal_nan=True):
+            raise ValueError('bench bag: expected the same twice, found profiles that differ')
+    runs: dict[str, Callable[[], object]] = {
+        'read': partial(read, given), 'read and measure': partial(thicknesses, given)}
+    return [{'what': name, 'captures': len(first), 'median_s': median, 'p95_s': p95,
+             'captures_per_s': len(first) / median}
+            for name, (median, p95) in interleaved(runs, 1 if quick else 5, np.inf).items()]
+
+
+def thicknesses(given: Inputs) -> list[np.ndarray]:
+    """Thickness (N,) of every profile of a recording."""
+    return [result.profile.thickness for result in measure_bag(
+        given.bag, given.hand_eye, given.thickness, given.recorder) if result.profile is not None]
+
+
+def read(given: Inputs) -> int:
+    """Decode the messages that measuring needs; their number."""
+    names = find_topics(given.bag, topics.CAMERA) | find_topics(given.bag, topics.PRINT)
+    return sum(1 for _ in given.bag.messages(set(names)))

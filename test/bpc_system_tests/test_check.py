@@ -1,0 +1,123 @@
+"""``bpc check`` beside a rig with and without faults."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+import subprocess
+import threading
+import time
+from typing import Any
+
+from bpc_perception.conversions import capture_to_messages, ns_to_stamp, pose_to_message
+from bpc_perception.testing import Graph
+from bpc_sim.scenarios import SCENARIOS
+from geometry_msgs.msg import PoseStamped
+import numpy as np
+import pytest
+from rclpy.node import Node
+
+from bpc_interfaces.msg import ExtrusionState
+from bpc_perception import topics
+
+from .command_line import command, PATIENCE, SAMPLE
+from .ros_graph import own_domain
+
+pytestmark = [pytest.mark.system, pytest.mark.ros]
+SEEN = SCENARIOS['line'](0.02).capture(2.0, 0)
+
+
+class Rig:
+    """Publishes what a rig does, from a thread of its own; its faults may be set."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.node: Node = graph.make(Node, 'rig')
+        self.frame, self.ahead_ns, self.errors = 'lbr_link_0', 0, 0
+        self._poses = self.node.create_publisher(PoseStamped, topics.POSE, topics.POSE_QOS)
+        self._states = self.node.create_publisher(
+            ExtrusionState, topics.EXTRUSION, topics.EXTRUSION_QOS)
+        self._camera = [self.node.create_publisher(kind, name, topics.CAMERA_QOS)
+                        for name, kind in topics.CAMERA.items()]
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        ticks = 0
+        while not self._ended.wait(0.01):
+            now_ns = time.time_ns() + self.ahead_ns
+            self._poses.publish(pose_to_message(now_ns, self.frame, np.eye(4)))
+            state = ExtrusionState(flow_rate=1e-8, error_status=self.errors)
+            state.header.stamp = ns_to_stamp(time.time_ns())
+            self._states.publish(state)
+            ticks += 1
+            if ticks % 50 == 0:
+                for publisher, message in zip(self._camera, capture_to_messages(SEEN),
+                                              strict=True):
+                    message.header.stamp = ns_to_stamp(time.time_ns())
+                    publisher.publish(message)
+
+    def end(self) -> None:
+        self._ended.set()
+        self._thread.join()
+
+
+@pytest.fixture(scope='module')
+def rig() -> Iterator[Rig]:
+    with own_domain() as domain:
+        graph = Graph(domain)
+        made = Rig(graph)
+        yield made
+        made.end()
+        graph.close()
+
+
+def check(*options: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command('check', '--handeye', SAMPLE / 'hand_eye.calib', '--seconds', 3, *options),
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, check=False)
+
+
+def lines(ended: subprocess.CompletedProcess[str], level: str) -> list[str]:
+    assert ended.stderr == ''
+    return [line for line in ended.stdout.splitlines() if line.startswith(level)]
+
+
+def test_a_rig_in_order_passes(rig: Rig) -> None:
+    assert rig.frame
+    ended = check('--params', SAMPLE / 'params.yaml')
+    assert lines(ended, 'FAIL') == []
+    assert ended.returncode == 0
+    good = '\n'.join(lines(ended, 'OK'))
+    for name in (*topics.CAMERA, topics.POSE, topics.EXTRUSION):
+        assert f'/{name}: ' in good or f'/{name}: ' in '\n'.join(lines(ended, 'WARN')), name
+    for subject in ('hand-eye calibration', 'target thickness', 'nozzle offset', 'clock of',
+                    'middleware', 'extruder'):
+        assert subject in good, subject
+
+
+def test_faults_are_named(rig: Rig) -> None:
+    before: tuple[Any, ...] = rig.frame, rig.ahead_ns, rig.errors
+    rig.frame, rig.errors = 'world', 1 << 2
+    try:
+        ended = check('--remap', 'color/image_color:=/elsewhere')
+    finally:
+        rig.frame, rig.ahead_ns, rig.errors = before
+    assert ended.returncode == 1
+    failed = '\n'.join(lines(ended, 'FAIL'))
+    assert 'nozzle offset: none' in failed
+    assert 'expected frame lbr_link_0, found world' in failed
+    assert 'the motor is stopped: low VIN' in failed
+    assert '/elsewhere: nobody publishes it' in failed
+
+
+def test_a_robot_whose_clock_is_ahead_is_named(rig: Rig, tmp_path: Path) -> None:
+    (tmp_path / 'params.yaml').write_text((SAMPLE / 'params.yaml').read_text())
+    rig.ahead_ns = 500 * 10**6
+    try:
+        ended = check('--params', tmp_path / 'params.yaml')
+    finally:
+        rig.ahead_ns = 0
+    failed, = lines(ended, 'FAIL')
+    assert 'clock of /end_effector_pose: stamps are' in failed
+    assert 'ahead of this computer' in failed

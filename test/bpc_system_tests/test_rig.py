@@ -1,0 +1,192 @@
+"""A print on a rig made of doubles, through ``bpc live``: every device in its own words.
+
+An arm that tells its joints, a Tic on a pseudo-terminal, a Zivid camera behind a stand-in for the
+vendor's package. The camera is fixed beside the robot, or in its hand and moves as it prints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import signal
+import subprocess
+import time
+
+from bpc_perception.cli.processes import Nodes
+from bpc_perception.conversions import profile_from_message, stamp_to_ns
+from bpc_perception.core.config import BASE, FLANGE
+from bpc_perception.core.session import HandEye
+from bpc_perception.handeye import save_hand_eye
+from bpc_sim.extruder_double import TicDouble, Wire
+from bpc_sim.print_job import SYRINGE_BORE
+from bpc_sim.scenarios import SCENARIOS
+import pytest
+import yaml
+
+from bpc_sim import rig as doubles
+
+from .command_line import command
+from .ros_graph import Listener, listening, own_domain
+from .truth_of_prints import compare, expect_the_truth, pixel_size
+
+pytestmark = [pytest.mark.system, pytest.mark.ros]
+SCENARIO, SPEED = 'line', 0.01  # 50 mm in 5 s
+START_DELAY = 6.0  # until arm and camera run, with a large margin [s]
+LEAD, STEPS = 1e-3, 200
+NOZZLE = [0.0, 0.0, 0.15]
+
+
+@dataclass
+class Running:
+    """The rig while it runs, and what was heard of it."""
+
+    rig: doubles.Rig
+    start_ns: int
+    listener: Listener
+    nodes: Nodes
+    wire: Wire
+    plug: Path
+    live: subprocess.Popen[str]
+
+
+@contextmanager
+def environment(**values: str) -> Iterator[None]:
+    """Variables for the processes started meanwhile."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
+
+
+def write_settings(folder: Path, rig: doubles.Rig) -> None:
+    """What a user has beside his printer."""
+    save_hand_eye(folder / 'cell.calib', HandEye(rig.on_base, rig.T_parent_camera), 'cell', BASE,
+                  FLANGE, 'zivid_optical_frame')
+    bridge = {'back_end': 'tic', 'port': str(folder / 'ttyACM0'),
+              'plunger': {'lead': LEAD, 'bore': SYRINGE_BORE}}
+    (folder / 'cell.yaml').write_text(yaml.safe_dump({
+        '/**': {'ros__parameters': {'pose': {'source': 'joint_states', 'robot': 'lbr_med_7'}}},
+        'path_recorder': {'ros__parameters': {'nozzle_offset': NOZZLE}},
+        'thickness': {'ros__parameters': {'advice.target_thickness': 0.002}},
+        'extruder_bridge': {'ros__parameters': bridge}}))
+    (folder / 'vendor' / 'zivid').mkdir(parents=True)
+    (folder / 'vendor' / 'zivid' / '__init__.py').write_text(
+        'from bpc_sim.rig import install\n\ninstall()\n')
+
+
+@pytest.fixture(scope='module', params=[True, False], ids=['eye_on_base', 'eye_in_hand'])
+def running(request: pytest.FixtureRequest,
+            tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    folder = tmp_path_factory.mktemp('rig')
+    rig = doubles.Rig(SCENARIOS[SCENARIO](SPEED), request.param)
+    write_settings(folder, rig)
+    plug = folder / 'plugged'
+    plug.touch()
+    start_ns = 2**62  # not yet
+
+    def motion(now: float) -> tuple[float, float]:
+        t = now - start_ns * 1e-9
+        turns = STEPS / LEAD
+        return (float(rig.job.plunger_position(t)) * turns,
+                float(rig.job.plunger_velocity(t)) * turns)
+
+    variables = {doubles.SCENARIO: SCENARIO, doubles.SPEED: str(SPEED),
+                 doubles.PLUG: str(plug),
+                 doubles.MOUNT: 'eye_on_base' if rig.on_base else 'eye_in_hand',
+                 'PYTHONPATH': f'{folder / "vendor"}:{os.environ.get("PYTHONPATH", "")}'}
+    remap = {'joint_states': '/lbr/joint_states'}
+    with own_domain() as domain, listening(domain) as listener, environment(**variables), \
+            Wire(TicDouble(motion), folder / 'ttyACM0', lines=False) as wire, \
+            Nodes(folder / 'cell.yaml', remappings=remap) as nodes:
+        live = subprocess.Popen(
+            command('live', '--handeye', folder / 'cell.calib', '--params', folder / 'cell.yaml',
+                    '--remap', 'joint_states:=/lbr/joint_states'),
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        nodes.start('bpc_perception.nodes.extruder_bridge')
+        expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge')
+        start_ns = time.time_ns() + round(START_DELAY * 1e9)
+        nodes.start('bpc_sim.nodes.arm', scenario=SCENARIO, speed=SPEED, start_time_ns=start_ns)
+        with environment(**{doubles.START: str(start_ns)}):
+            nodes.start('bpc_perception.nodes.camera_driver', back_end='zivid', rate=1.0)
+        expect(listener, nodes, 'synthetic_arm', 'camera_driver')
+        assert time.time_ns() < start_ns, 'the machine is too slow for START_DELAY'
+        yield Running(rig, start_ns, listener, nodes, wire, plug, live)
+        live.send_signal(signal.SIGINT)
+        said, complaints = live.communicate(timeout=30)
+        assert live.returncode == 0, complaints
+        assert 'Waiting for captures' in said
+
+
+def expect(listener: Listener, nodes: Nodes, *names: str) -> None:
+    """Wait until nodes of these names are there."""
+    listener.wait(lambda: set(names) <= set(listener.node.get_node_names()), nodes)
+
+
+def stamps(running: Running) -> list[float]:
+    """When the captures of all profiles so far were taken [s after the job's start]."""
+    return [(stamp_to_ns(profile.header.stamp) - running.start_ns) * 1e-9
+            for profile in running.listener.profiles]
+
+
+@pytest.mark.accuracy
+def test_the_print_is_measured_as_it_is(running: Running) -> None:
+    listener, rig = running.listener, running.rig
+    listener.wait(lambda: stamps(running) and stamps(running)[-1] > rig.job.duration,
+                  running.nodes)
+    taken = stamps(running)
+    seen = rig.seen_by_camera(taken[-1])
+    compared = compare(profile_from_message(listener.profiles[-1]), seen)
+    assert compared.s.min() < 1e-3
+    assert compared.s.max() > rig.job.length - 1e-3
+    expect_the_truth(compared, pixel_size(seen))
+    # It was measured while it was printed, too.
+    assert sum(1.0 < t < rig.job.end_of_path for t in taken) >= 2
+    flow_rate = max(listener.heard['deposition_path'][-1].flow_rate)
+    assert flow_rate == pytest.approx(float(rig.job.flow_rate(2.0)), rel=0.01)
+
+
+def test_a_camera_that_was_unplugged_measures_again(running: Running) -> None:
+    listener = running.listener
+    running.plug.unlink()
+    listener.wait(lambda: any('zivid: expected' in text
+                              for text in listener.complaints('camera_driver')), running.nodes)
+    count = len(listener.profiles)
+    running.plug.touch()
+    listener.wait(lambda: len(listener.profiles) > count, running.nodes)
+
+
+def test_an_extruder_that_was_unplugged_is_heard_again(running: Running) -> None:
+    listener = running.listener
+    running.wire.unplug()
+    listener.wait(lambda: any('expected the extruder, found' in text
+                              for text in listener.complaints('extruder_bridge')), running.nodes)
+    answered = running.wire.answered
+    running.wire.plug()
+    listener.wait(lambda: running.wire.answered > answered + 20, running.nodes)
+
+
+def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
+    """With the camera in hand nothing is measured meanwhile; beside the robot it goes on."""
+    listener = running.listener
+    robot = running.nodes._processes['arm']
+    robot.send_signal(signal.SIGSTOP)
+    try:
+        if running.rig.on_base:
+            count = len(listener.profiles)
+            listener.wait(lambda: len(listener.profiles) > count, running.nodes)
+        else:
+            listener.wait(lambda: any('expected poses around the capture' in text
+                                      for text in listener.complaints('thickness')),
+                          running.nodes)
+    finally:
+        robot.send_signal(signal.SIGCONT)
+    count = len(listener.profiles)
+    listener.wait(lambda: len(listener.profiles) > count, running.nodes)
