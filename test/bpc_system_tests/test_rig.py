@@ -49,7 +49,22 @@ class Running:
     nodes: Nodes
     wire: Wire
     plug: Path
-    live: subprocess.Popen[str]
+
+
+@contextmanager
+def bpc_live(folder: Path) -> Iterator[None]:
+    """``bpc live`` with what is in the folder; it ends with the block, and in good order."""
+    live = subprocess.Popen(
+        command('live', '--handeye', folder / 'cell.calib', '--params', folder / 'cell.yaml',
+                '--remap', 'joint_states:=/lbr/joint_states'),
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        yield
+    finally:
+        live.send_signal(signal.SIGINT)
+        said, complaints = live.communicate(timeout=30)
+    assert live.returncode == 0, complaints
+    assert 'Waiting for captures' in said
 
 
 @contextmanager
@@ -105,11 +120,7 @@ def running(request: pytest.FixtureRequest,
     remap = {'joint_states': '/lbr/joint_states'}
     with own_domain() as domain, listening(domain) as listener, environment(**variables), \
             Wire(TicDouble(motion), folder / 'ttyACM0', lines=False) as wire, \
-            Nodes(folder / 'cell.yaml', remappings=remap) as nodes:
-        live = subprocess.Popen(
-            command('live', '--handeye', folder / 'cell.calib', '--params', folder / 'cell.yaml',
-                    '--remap', 'joint_states:=/lbr/joint_states'),
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            Nodes(folder / 'cell.yaml', remappings=remap) as nodes, bpc_live(folder):
         nodes.start('bpc_perception.nodes.extruder_bridge')
         expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge')
         start_ns = time.time_ns() + round(START_DELAY * 1e9)
@@ -118,11 +129,7 @@ def running(request: pytest.FixtureRequest,
             nodes.start('bpc_perception.nodes.camera_driver', back_end='zivid', rate=1.0)
         expect(listener, nodes, 'synthetic_arm', 'camera_driver')
         assert time.time_ns() < start_ns, 'the machine is too slow for START_DELAY'
-        yield Running(rig, start_ns, listener, nodes, wire, plug, live)
-        live.send_signal(signal.SIGINT)
-        said, complaints = live.communicate(timeout=30)
-        assert live.returncode == 0, complaints
-        assert 'Waiting for captures' in said
+        yield Running(rig, start_ns, listener, nodes, wire, plug)
 
 
 def expect(listener: Listener, nodes: Nodes, *names: str) -> None:

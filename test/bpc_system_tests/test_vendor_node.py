@@ -38,7 +38,7 @@ def in_linear_light(job: PrintJob) -> PrintJob:
     return replace(job, sensor=replace(job.sensor, imaging=replace(imaging, ink=ink, bed=bed)))
 
 
-JOB = in_linear_light(SCENARIOS['meander'](0.02))
+JOB = in_linear_light(SCENARIOS['spiral_gaps'](0.02))
 
 
 def vendor_messages(capture: Capture) -> dict[str, object]:

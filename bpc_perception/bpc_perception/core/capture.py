@@ -45,7 +45,7 @@ class PinholeCamera:
             x, y = self._distort(x, y)
         uv = np.stack((self.K[0, 0] * x + self.K[0, 1] * y + self.K[0, 2],
                        self.K[1, 1] * y + self.K[1, 2]), axis=-1)
-        uv[~np.isfinite(uv).all(axis=-1)] = np.nan
+        uv[~np.isfinite(uv[..., 0] + uv[..., 1])] = np.nan
         return uv
 
     def _distort(self, x: Array, y: Array) -> tuple[Array, Array]:

@@ -50,10 +50,11 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         bed = bed_plane(capture, path.points, T_base_camera)
     except ValueError as error:
         raise MeasurementError(str(error)) from error
-    path = path.where(on_bed(path.points, bed, config.maximum_tip_height))
+    kept = on_bed(path.points, bed, config.maximum_tip_height)
+    path = path if kept.all() else path.where(kept)
     if len(path) < 2:
         raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along')
-    if not np.ptp(path.points, axis=0).any():
+    if (path.points == path.points[0]).all():
         raise MeasurementError('path: expected a way along the bed, found one place')
     if config.method == 'paper':
         sides, status, sigma = measure_as_published(

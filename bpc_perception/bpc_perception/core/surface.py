@@ -9,7 +9,7 @@ from bpc_perception.core.geometry import Array, invert, Plane, transform
 
 # Around each path pixel depth is looked up on a grid this wide, to see the bed on either side.
 REACH = 24  # [pixels]
-PROBES = 100  # path points at which the bed is probed
+PROBES = 60  # path points at which the bed is probed
 TRIALS = 100
 REFITS = 3  # on a curved bed the first may lean to one side
 JURY = 1000  # points of the cloud that choose between the trials

@@ -43,8 +43,9 @@ def find_territory(points: Array, index: Index, lateral: Array, offset: Array,
     # What is farther away is near to none of the samples.
     around = points[index]
     reach = np.abs(offset).max()
-    close = np.flatnonzero(((points >= around.min(axis=0) - 2 * reach)
-                            & (points <= around.max(axis=0) + 2 * reach)).all(axis=1))
+    low, high = around.min(axis=0) - 2 * reach, around.max(axis=0) + 2 * reach
+    x, y = points.T
+    close = np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
     nearest, distance = find_nearest(points[close], around, lateral, offset)
     along = np.abs(close[nearest] - index[:, None]) * spacing
     distance = np.minimum(distance, np.abs(offset).astype(np.float32))  # its own point is near
