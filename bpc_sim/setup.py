@@ -34,8 +34,10 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
+            'print_controller = bpc_sim.nodes.print_controller:main',
             'synthetic_arm = bpc_sim.nodes.arm:main',
             'synthetic_extruder = bpc_sim.nodes.extruder:main',
+            'synthetic_printer = bpc_sim.nodes.printer:main',
             'synthetic_robot = bpc_sim.nodes.robot:main',
         ],
     },

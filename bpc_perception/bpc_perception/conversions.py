@@ -6,6 +6,7 @@ What cannot be converted faithfully raises ConversionError, naming what was expe
 from __future__ import annotations
 
 from array import array
+import math
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -45,6 +46,9 @@ from bpc_perception.message_data import set_data
 IMAGE_ENCODINGS = {'rgba8': (slice(0, 3), 4), 'rgb8': (slice(0, 3), 3),
                    'bgr8': (slice(2, None, -1), 3), 'bgra8': (slice(2, None, -1), 4)}
 NAV_POSES = 2000  # at most in a path to look at
+# What advice says beyond its factors, under the same names in both forms.
+ADVICE_DETAILS = ('reference_time', 'expected_thickness', 'delivery', 'delivery_sigma', 'lag',
+                  'lag_sigma', 'flow_rate', 'plunger_velocity', 'speed')
 DISTORTION_MODELS = {'': (0,), 'plumb_bob': (0, 4, 5), 'rational_polynomial': (8,)}
 
 
@@ -231,7 +235,12 @@ def pose_to_message(stamp_ns: int, frame_id: str, T_frame_body: Array) -> PoseSt
 
 
 def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
-    """The part of the extruder's state that the path carries."""
+    """The part of the extruder's state that the path carries.
+
+    What an extruder does that stopped with an error is not known.
+    """
+    if message.error_status:
+        return ExtruderSample(stamp_to_ns(message.header.stamp), False, math.nan, math.nan)
     return ExtruderSample(stamp_to_ns(message.header.stamp), bool(message.extruding),
                           message.plunger_velocity, message.flow_rate)
 
@@ -349,7 +358,8 @@ def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:
         window_end=advice.window[1], sample_count=advice.sample_count,
         flow_rate_scale=advice.flow_rate_scale, speed_scale=advice.speed_scale,
         confidence=advice.confidence, measurement_age=advice.measurement_age,
-        valid_until=ns_to_stamp(advice.valid_until_ns))
+        valid_until=ns_to_stamp(advice.valid_until_ns),
+        **{name: getattr(advice, name) for name in ADVICE_DETAILS})
 
 
 def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
@@ -365,7 +375,8 @@ def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
         window=(message.window_start, message.window_end), sample_count=message.sample_count,
         flow_rate_scale=message.flow_rate_scale, speed_scale=message.speed_scale,
         confidence=message.confidence, measurement_age=message.measurement_age,
-        valid_until_ns=stamp_to_ns(message.valid_until))
+        valid_until_ns=stamp_to_ns(message.valid_until),
+        **{name: getattr(message, name) for name in ADVICE_DETAILS})
 
 
 def _floats(values: Array) -> array[float]:

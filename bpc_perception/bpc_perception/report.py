@@ -48,6 +48,9 @@ REASONS = {
     Reason.GAP_DETECTED: 'gap detected',
     Reason.STALE_DATA: 'the newest measurement is too old',
     Reason.NO_TARGET: 'no target thickness set',
+    Reason.CLOG_SUSPECTED: 'suddenly much less ink arrives, a clog perhaps',
+    Reason.PATH_OFFSET: 'the filament lies beside the path, look at the calibration',
+    Reason.EXTRUDER_FAULT: 'the extruder stopped, or says nothing',
 }
 
 

@@ -454,7 +454,9 @@ def test_status_numbers_are_those_of_the_message(status: Status) -> None:
 ADVICE = RateAdvice(
     stamp_ns=STAMP, print_id='print', valid=True, reason=Reason.LIMITED, target_thickness=2e-3,
     measured_thickness=1e-3, window=(0.01, 0.03), sample_count=17, flow_rate_scale=2.0,
-    speed_scale=0.5, confidence=0.75, measurement_age=1.5, valid_until_ns=STAMP + 5)
+    speed_scale=0.5, confidence=0.75, measurement_age=1.5, valid_until_ns=STAMP + 5,
+    reference_time=0.25, expected_thickness=1.1e-3, delivery=0.9, delivery_sigma=0.1, lag=2.0,
+    lag_sigma=0.5, flow_rate=1e-9, plunger_velocity=1e-5, speed=3e-3)
 
 
 def test_advice_survives_there_and_back() -> None:

@@ -43,7 +43,8 @@ def advice(profile):
         stamp_ns=profile.stamp_ns, print_id='vase', valid=True, reason=Reason.OVER_EXTRUSION,
         target_thickness=2.5 * MM, measured_thickness=3 * MM, window=(0.0, 3 * MM),
         sample_count=2, flow_rate_scale=0.7, speed_scale=1.4, confidence=0.5,
-        measurement_age=8.5, valid_until_ns=profile.stamp_ns + 5 * 10**9)
+        measurement_age=8.5, valid_until_ns=profile.stamp_ns + 5 * 10**9,
+        expected_thickness=2.75 * MM, delivery=1.2, delivery_sigma=0.1, lag=0.5)
 
 
 @pytest.fixture
@@ -122,7 +123,9 @@ def test_summary(tmp_path, results, provenance):
     assert summary['gaps'] == [{'start_mm': 0.5, 'end_mm': 1.5}]
     assert summary['advice'] == {
         'valid': True, 'reason': 'OVER_EXTRUSION', 'flow_rate_scale': 0.7, 'speed_scale': 1.4,
-        'target_thickness_mm': 2.5, 'measured_thickness_mm': 3.0, 'window_start_mm': 0.0,
+        'target_thickness_mm': 2.5, 'measured_thickness_mm': 3.0,
+        'expected_thickness_mm': 2.75, 'delivery': 1.2, 'delivery_sigma': 0.1, 'lag_s': 0.5,
+        'window_start_mm': 0.0,
         'window_end_mm': 3.0, 'sample_count': 2, 'confidence': 0.5, 'measurement_age_s': 8.5,
         'valid_until_s': 1_700_000_015.1234567, 'valid_until_ns': START + 15 * 10**9}
 

@@ -8,8 +8,10 @@ from typing import Annotated
 from bpc_perception.core.config import Config, Parameter
 
 from bpc_sim.camera import M70_HEIGHT, M70_WIDTH
+from bpc_sim.closed_loop_job import ClosedLoopJob
 from bpc_sim.print_job import PrintJob
 from bpc_sim.scenarios import camera_view, SCENARIOS, SPEED
+from bpc_sim.situations import SITUATIONS
 
 POSE_RATE = 100.0  # as the LBR stack's controller manager [Hz]
 
@@ -22,6 +24,11 @@ class SimConfig(Config):
         'What is printed', choices=tuple(SCENARIOS), read_only=True)] = 'spiral_gaps'
     speed: Annotated[float, Parameter(
         'Of the nozzle along the path', 'm/s', 1e-4, 0.5, read_only=True)] = SPEED
+    situation: Annotated[str, Parameter(
+        'In a closed loop: what goes wrong, on a meander; empty = open loop',
+        choices=('', *SITUATIONS), read_only=True)] = ''
+    seed: Annotated[int, Parameter(
+        'In a closed loop: which printer', '', 0, 2**31, read_only=True)] = 0
     start_time_ns: Annotated[int, Parameter(
         'When the job starts, the same for all nodes', 'ns', 0, 2**62, read_only=True)] = 0
 
@@ -36,3 +43,15 @@ class SimConfig(Config):
         """The print."""
         job = SCENARIOS[self.scenario](self.speed)
         return replace(job, view=camera_view(M70_WIDTH, M70_HEIGHT)) if self.full_size else job
+
+    def closed_loop_job(self) -> ClosedLoopJob:
+        """The print that goes wrong. Raises ValueError where no situation is named."""
+        return ClosedLoopJob.named(self.situation, self.seed, self.speed)
+
+
+@dataclass(frozen=True)
+class ControllerConfig(Config):
+    """All of the print controller."""
+
+    actuator: Annotated[str, Parameter(
+        'What it corrects', choices=('flow', 'speed'), read_only=True)] = 'flow'

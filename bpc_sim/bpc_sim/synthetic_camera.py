@@ -10,6 +10,7 @@ from bpc_perception.nodes.parameters import NodeConfig
 from rclpy.clock import Clock
 from rclpy.node import Node
 
+from bpc_sim.closed_loop_camera import ClosedLoopCamera
 from bpc_sim.config import SimConfig
 from bpc_sim.print_job import PrintJob
 from bpc_sim.sample import CAMERA_LATENCY_NS
@@ -62,9 +63,11 @@ class FinishedPrintCamera(SyntheticCamera):
         return replace(self._still, stamp_ns=stamp_ns, image=image, cloud=cloud)
 
 
-def open_camera(node: Node) -> SyntheticCamera:
+def open_camera(node: Node) -> SyntheticCamera | ClosedLoopCamera:
     """A camera for the print that the node's parameters name."""
     config = NodeConfig(node, SimConfig()).value
+    if config.situation:
+        return ClosedLoopCamera(node, config.closed_loop_job())
     if config.finished:
         return FinishedPrintCamera(config.job(), node.get_clock())
     return SyntheticCamera(config.job(), config.start_time_ns)

@@ -181,7 +181,8 @@ def test_a_figure_has_a_line_for_each_method_in_each_panel():
     ({'name': 'table9'}, 'study: expected one of table1, .*, found table9'),
     ({'name': 'resolution', 'plot': 'figure.png'}, 'figure.png: expected .* ends in .html'),
     ({'name': 'resolution', 'plot': 'nowhere/figure.html'}, 'nowhere/figure.html: expected'),
-    ({'name': 'table1', 'plot': 'figure.html'}, r'study with a figure \(resolution, thickness\)')])
+    ({'name': 'table1', 'plot': 'figure.html'},
+     r'study with a figure \(resolution, thickness, closedloop\)')])
 def test_what_a_study_cannot_do_is_refused(arguments, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if 'plot' in arguments:

@@ -22,7 +22,7 @@ from bpc_perception.core.config import (
     ThicknessConfig,
     ZividConfig,
 )
-from bpc_sim.config import SimConfig
+from bpc_sim.config import ControllerConfig, SimConfig
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,6 +37,7 @@ TABLES: dict[str, type[Config]] = {
     'bag_player': PlayerConfig,
     'bag_recorder': BagRecorderConfig,
     'synthetic printer': SimConfig,
+    'print_controller': ControllerConfig,
 }
 FILES: dict[str, type[Config]] = {
     node: TABLES[node] for node in (

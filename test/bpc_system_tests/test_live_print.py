@@ -123,10 +123,12 @@ def test_advice_follows_each_profile(live: LivePrint) -> None:
     valid = [advice for advice in live.advice if advice.valid]
     assert valid
     for advice in valid:
-        # More ink in proportion to the area of the bead; the speed the other way round.
-        ratio = (TARGET / advice.measured_thickness)**2
-        assert advice.flow_rate_scale in (1.0, pytest.approx(ratio, abs=1e-6))
-        assert advice.flow_rate_scale * advice.speed_scale == pytest.approx(1.0)
+        # More ink where the bead is going to be too thin, or less speed; and the other way round.
+        thin = TARGET - advice.expected_thickness
+        assert (advice.flow_rate_scale - 1) * thin >= 0
+        assert (advice.flow_rate_scale - 1) * (advice.speed_scale - 1) <= 0
+        assert advice.flow_rate == pytest.approx(
+            advice.flow_rate_scale * np.pi / 4 * TARGET**2 * SPEED)
 
 
 @pytest.mark.accuracy

@@ -15,11 +15,12 @@ import typer
 
 def study(
     name: Annotated[str, typer.Argument(
-        help='Which: table1, resolution, thickness, hardware, stress or peers.')],
+        help='Which: table1, resolution, thickness, hardware, stress, peers or closedloop.')],
     json_file: Annotated[Path | None, typer.Option(
         '--json', metavar='FILE', help='Write the rows as a list of flat objects.')] = None,
     plot: Annotated[Path | None, typer.Option(
-        metavar='FILE.html', help='Draw the figure, of resolution and thickness.')] = None,
+        metavar='FILE.html',
+        help='Draw the figure, of resolution, thickness and closedloop.')] = None,
     seeds: Annotated[int | None, typer.Option(
         min=1, metavar='N', help='How many variants of each print; each study has its own '
         'default.')] = None,
@@ -36,8 +37,8 @@ def study(
             raise ValueError(f'{file}: expected a file in a folder that exists, found none')
     if plot is not None and plot.suffix != '.html':
         raise ValueError(f'{plot}: expected a name that ends in .html')
-    if plot is not None and not chosen.axes:
-        drawn = ', '.join(key for key, other in STUDIES.items() if other.axes)
+    if plot is not None and not (chosen.axes or chosen.draw):
+        drawn = ', '.join(key for key, other in STUDIES.items() if other.axes or other.draw)
         raise ValueError(f'--plot: expected a study with a figure ({drawn}), found {name}')
     console = Console(stderr=True)
     with Progress(TextColumn(name), MofNCompleteColumn(), TimeElapsedColumn(), console=console,
@@ -52,7 +53,8 @@ def study(
     if plot is not None:
         from bpc_sim.studies.figures import figure
 
-        plot.write_text(figure(chosen.title, rows, chosen.axes), encoding='utf-8')
+        page = chosen.draw() if chosen.draw else figure(chosen.title, rows, chosen.axes)
+        plot.write_text(page, encoding='utf-8')
         print(plot)
 
 

@@ -163,6 +163,9 @@ class AdviceConfig(Config):
 
     target_thickness: Annotated[float, Parameter(
         'Thickness wanted; 0 = none set, no valid advice', 'm', 0, 0.1)] = 0.0
+    target_file: Annotated[str, Parameter(
+        'Thickness wanted along the path, a CSV table; empty = the same everywhere',
+        read_only=True)] = ''
     window: Annotated[float, Parameter(
         'Length of the newest stretch of path looked at', 'm', 0.0005, 1)] = 0.02
     minimum_samples: Annotated[int, Parameter(
@@ -170,11 +173,21 @@ class AdviceConfig(Config):
     minimum_coverage: Annotated[float, Parameter(
         'Least share of measured samples in the window for valid advice', '', 0, 1)] = 0.5
     dead_band: Annotated[float, Parameter(
-        'Relative deviation from the target that needs no correction', '', 0, 1)] = 0.03
+        'Relative deviation from the target that needs no correction', '', 0, 1)] = 0.02
     minimum_scale: Annotated[float, Parameter('Least factor advised', '', 0.01, 1)] = 0.5
     maximum_scale: Annotated[float, Parameter('Largest factor advised', '', 1, 100)] = 2.0
+    slew_rate: Annotated[float, Parameter(
+        'Largest change advised, as natural logarithm of the factor, for each second since the '
+        'capture before', '1/s', 0.001, 100)] = 0.25
     gap_length: Annotated[float, Parameter(
-        'Shortest gap, where ink was pushed out, that is reported', 'm', 0, 1)] = 0.002
+        'Shortest gap or clog, where ink was pushed out, that is reported', 'm', 0, 1)] = 0.002
+    clog_drop: Annotated[float, Parameter(
+        'Share of the delivered flow that is lost at once in a clog', '', 0.05, 1)] = 0.4
+    maximum_offset: Annotated[float, Parameter(
+        'Farthest that the deposit may lie beside the path', 'm', 0, 1)] = 0.001
+    acquisition_time: Annotated[float, Parameter(
+        'What was laid this short before a capture may have come during it, and does not count',
+        's', 0, 10)] = 0.4
     stale_after: Annotated[float, Parameter(
         'Age of the newest measured sample from which advice is invalid', 's', 0.1, 3600)] = 20.0
     lifetime: Annotated[float, Parameter(

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 import logging
 
-from bpc_perception.core.advice import advise, RateAdvice
+from bpc_perception.core.advice import RateAdvice
+from bpc_perception.core.advisor import Advisor
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Array
@@ -16,6 +17,7 @@ from bpc_perception.core.measurement import measure, MeasurementError
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.poses import PoseBuffer
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 logger = logging.getLogger(__name__)
 
@@ -63,6 +65,9 @@ class Session:
         self._path: DepositionPath | None = None
         self._waiting: deque[tuple[Capture, int]] = deque()
         self._numbers: Counter[str] = Counter()
+        targets = config.advice.target_file
+        self._targets = WidthTargets.read(targets) if targets else None
+        self._advisor = Advisor(self._targets)
         self._memory = PrintMemory()
 
     def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
@@ -100,6 +105,7 @@ class Session:
         self._path = None
         self._waiting.clear()
         self._numbers.clear()
+        self._advisor = Advisor(self._targets)
         self._memory = PrintMemory()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
@@ -138,11 +144,12 @@ class Session:
         try:
             profile = measure(capture, path, T_base_camera, self.config, number,
                               self._memory)
+            advice = self._advisor.advise(profile, path, self.config.advice)
         except MeasurementError as error:
             return Result(capture, T_base_camera, refusal=str(error))
         except Exception as error:  # a defect of ours must not end a print's feedback
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
-        return Result(capture, T_base_camera, profile, advise(profile, self.config.advice),
+        return Result(capture, T_base_camera, profile, advice,
                       warning=profile.off_path(self.config.maximum_offset))

@@ -1,1 +1,1 @@
-"""Robot and extruder of the synthetic printer, on the topics of the real ones."""
+"""Robot, extruder and controller of the synthetic printer, on the topics of real ones."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from bpc_sim.studies.cases import case_path, measure_case
+from bpc_sim.studies.closedloop import CLOSED_LOOP
+from bpc_sim.studies.closedloop_figure import draw
 from bpc_sim.studies.peers import PEERS_STUDY
 from bpc_sim.studies.scenes import HARDWARE, STRESS_STUDY
 from bpc_sim.studies.study import Row, Study
@@ -20,4 +23,5 @@ STUDIES: dict[str, Study[Any, Any]] = {
     'hardware': HARDWARE,
     'stress': STRESS_STUDY,
     'peers': PEERS_STUDY,
+    'closedloop': replace(CLOSED_LOOP, draw=draw),
 }

@@ -27,6 +27,7 @@ class Study(Generic[Task, Found]):
         seeds: how many variants of each print are made unless told otherwise.
         processes: how many tasks run at once; 1 where time is measured.
         axes: for a figure, the names of the column along x and of those along y.
+        draw: makes a page of its own instead, which is not about the rows.
     """
 
     title: str
@@ -36,6 +37,7 @@ class Study(Generic[Task, Found]):
     seeds: int = 1
     processes: int = 1
     axes: tuple[str, ...] = ()
+    draw: Callable[[], str] | None = None
 
     def run(self, seeds: int | None = None, processes: int | None = None,
             progress: Callable[[int, int], None] | None = None) -> list[Row]:

@@ -1,0 +1,58 @@
+"""A print controller that follows rate advice: the example of how to use it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpc_perception.conversions import advice_from_message, ConversionError
+from bpc_perception.nodes.diagnostics import Diagnostics
+from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.run import run
+from rclpy.node import Node
+from std_msgs.msg import Float64
+
+from bpc_interfaces.msg import RateAdvice
+from bpc_perception import topics
+from bpc_sim.config import ControllerConfig
+from bpc_sim.rate_control import AdviceFollower, FLOW_SCALE, SPEED_SCALE
+
+COMMAND_RATE = 20.0  # [Hz]
+
+
+class PrintControllerNode(Node):
+    """Commands the factor on the nominal flow, or on the nominal speed; see the README."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('print_controller', **kwargs)
+        actuator = NodeConfig(self, ControllerConfig()).value.actuator
+        self._follower = AdviceFollower(actuator)
+        self._diagnostics = Diagnostics(self)
+        self._commands = self.create_publisher(
+            Float64, FLOW_SCALE if actuator == 'flow' else SPEED_SCALE, topics.RESULT_QOS)
+        self.create_subscription(RateAdvice, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
+        self.create_timer(1.0 / COMMAND_RATE, self._command)
+
+    def _on_advice(self, message: RateAdvice) -> None:
+        try:
+            advice = advice_from_message(message)
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+            return
+        self._diagnostics.count('advice')
+        self._follower.take(None, advice, self._now_ns())
+        self._command()
+
+    def _command(self) -> None:
+        self._commands.publish(Float64(data=self._follower.scale(self._now_ns())))
+
+    def _now_ns(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+
+def main() -> None:
+    """Run the node."""
+    run(PrintControllerNode)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,84 @@
+"""Robot and extruder of a print whose rate is corrected while it runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpc_perception.conversions import ns_to_stamp
+from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.run import run
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from std_msgs.msg import Float64, Header
+
+from bpc_interfaces.msg import ExtrusionState
+from bpc_perception import topics
+from bpc_sim.closed_loop import PLUNGER_AREA
+from bpc_sim.closed_loop_job import ClosedLoopJob
+from bpc_sim.config import SimConfig
+from bpc_sim.messages import robot_message
+from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
+
+POSES_PER_STATE = 2  # of the extruder
+ERROR = 1 << 4  # Tic: kill switch active
+
+
+class SyntheticPrinterNode(Node):
+    """Follows its program at the nominal rate times the factors commanded; see the README."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('synthetic_printer', **kwargs)
+        config = NodeConfig(self, SimConfig()).value
+        self._print: ClosedLoopJob = config.closed_loop_job()
+        self._start_ns = config.start_time_ns
+        self._scales = {FLOW_SCALE: 1.0, SPEED_SCALE: 1.0}
+        for name in self._scales:
+            self.create_subscription(Float64, name, self._follow(name), topics.RESULT_QOS)
+        # Reliable offers also serve those who ask for sensor data, best effort.
+        self._poses = self.create_publisher(PoseStamped, topics.POSE, topics.EXTRUSION_QOS)
+        self._states = self.create_publisher(
+            ExtrusionState, topics.EXTRUSION, topics.EXTRUSION_QOS)
+        self._last_ns = self._now_ns()
+        # Of the job, which begins with this node where it was to have begun before.
+        self._time = min((self._last_ns - self._start_ns) * 1e-9, 0.0)
+        self._pushed = 0.0  # [m]
+        self._ticks = 0
+        self.create_timer(1.0 / config.pose_rate, self._tick)
+
+    def _follow(self, name: str) -> Any:
+        def take(message: Float64) -> None:
+            self._scales[name] = message.data
+        return take
+
+    def _now_ns(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+    def _tick(self) -> None:
+        now_ns = self._now_ns()
+        elapsed, self._last_ns = (now_ns - self._last_ns) * 1e-9, now_ns
+        job = self._print.job
+        s = float(job.laid(self._time))
+        extruding = bool(job.extruding(self._time))
+        lost = s >= self._print.situation.extruder_lost
+        pushing = extruding and not lost
+        flow = self._print.flow(s) * self._scales[FLOW_SCALE] if pushing else 0.0
+        # Before and after its path the robot waits by the clock.
+        self._time += elapsed * (
+            self._print.speed(s) * self._scales[SPEED_SCALE] / job.speed if extruding else 1.0)
+        self._pushed += flow / PLUNGER_AREA * elapsed
+        self._poses.publish(robot_message(job, self._time, now_ns))
+        self._ticks += 1
+        if self._ticks % POSES_PER_STATE == 0:
+            self._states.publish(ExtrusionState(
+                header=Header(stamp=ns_to_stamp(now_ns)), extruding=pushing,
+                plunger_velocity=flow / PLUNGER_AREA, plunger_position=self._pushed,
+                flow_rate=flow, error_status=ERROR if lost else 0))
+
+
+def main() -> None:
+    """Run the node."""
+    run(SyntheticPrinterNode)
+
+
+if __name__ == '__main__':
+    main()
