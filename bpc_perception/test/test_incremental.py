@@ -242,6 +242,15 @@ def test_a_path_that_has_changed_is_measured_there(asked: list[int]) -> None:
     assert_alike(one, other)
 
 
+def test_where_no_more_ink_is_laid_a_gap_is_a_gap(asked: list[int]) -> None:
+    growing, laid = Growing(), 330
+    for count in range(laid, len(PATH) + 1, 29):
+        one, other = growing.measure(count, image=drawn(laid, count))
+        assert_alike(one, other)
+        assert (one.status[laid + 10:] == Status.GAP).all()
+    assert min(asked) < len(PATH) / 2
+
+
 def test_a_capture_that_is_refused_in_between_does_no_harm(asked: list[int]) -> None:
     growing = Growing()
     growing.measure(400)

@@ -109,7 +109,7 @@ SPIRALS: dict[str, Spiral] = {
     'tilted_25_017': Spiral(Standpoint(NEAR, np.radians(25))),
     'tilted_40_017': Spiral(Standpoint(NEAR, np.radians(40))),
     'cylinder_017': Spiral(Standpoint(NEAR, np.radians(10)), CYLINDER),
-    'corner_of_view': Spiral(Standpoint(NEAR, np.radians(30), off_axis=True)),
+    'corner_of_view': Spiral(Standpoint(NEAR, np.radians(30), (320, 320), off_axis=True)),
     'flat_039': Spiral(Standpoint(FAR, size=(128, 128))),
     'tilted_25_039': Spiral(Standpoint(FAR, np.radians(25), (128, 128))),
     'tilted_40_039': Spiral(Standpoint(FAR, np.radians(40), (128, 128))),

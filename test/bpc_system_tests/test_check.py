@@ -118,6 +118,7 @@ def test_a_robot_whose_clock_is_ahead_is_named(rig: Rig, tmp_path: Path) -> None
         ended = check('--params', tmp_path / 'params.yaml')
     finally:
         rig.ahead_ns = 0
-    failed, = lines(ended, 'FAIL')
+    # A busy computer may fail in other things as well.
+    failed, = (line for line in lines(ended, 'FAIL') if 'clock of' in line)
     assert 'clock of /end_effector_pose: stamps are' in failed
     assert 'ahead of this computer' in failed

@@ -78,7 +78,9 @@ def expect_the_truth(compared: Comparison, pixel: float) -> None:
     assert not (clear & compared.gap & inked).any()
     # The complete print is in plain view.
     known = compared.measured | compared.gap
-    assert known[clear].mean() > 0.98
+    unknown = clear & ~known
+    assert known[clear].mean() > 0.98, np.column_stack((
+        compared.s[unknown], compared.profile.status[unknown]))
     error = np.abs(compared.error[clear & compared.measured])
     assert error.mean() < 0.15 * pixel
     assert error.max() < 0.5 * pixel

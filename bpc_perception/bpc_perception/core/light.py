@@ -100,6 +100,7 @@ def find_light(sections: Sections, extruding: Flags, known: Contrast | None = No
         towards = np.linalg.solve(spread, typical)
         share = step @ towards / (typical @ towards)
         local = sections.steady(np.where((share > 0.5)[:, None], step, np.nan))
+        local = np.where(np.isfinite(local), local, typical)  # in a part without ink
         weight = np.linalg.solve(spread, local.T).T
         weight /= np.einsum('ni,ni->n', local, weight)[:, None]
         inked: Flags = _weighed(around_bed, weight) > 0.6
