@@ -162,8 +162,9 @@ def print_line(bench: Bench, start_ns: int = START_NS) -> list[Any]:
     bench.send(topics.EXTRUSION, *(extrusion(t, start_ns=start_ns)
                                    for t in np.arange(0, 3, 0.1)))
     bench.until(lambda: paths)  # the print has begun
-    bench.send(topics.POSE, *(flange_pose(t, start_ns=start_ns) for t in np.arange(0, 3, 0.05)))
-    bench.until(lambda: paths[-1].complete_until > 2.8)
+    for times, known in ((np.arange(0, 1.5, 0.05), 1.3), (np.arange(1.5, 3, 0.05), 2.8)):
+        bench.send(topics.POSE, *(flange_pose(t, start_ns=start_ns) for t in times))
+        bench.until(lambda reached=known: paths[-1].complete_until > reached)
     return paths
 
 
@@ -713,7 +714,7 @@ def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, number: signal.Si
     assert 'Traceback' not in errors
 
 
-TWO_NODES = """
+FAILING = """
 from bpc_perception.nodes.run import run
 from rclpy.node import Node
 
@@ -723,19 +724,20 @@ class Failing(Node):
         self.create_timer(0.1, self.fail)
 
     def fail(self):
-        raise RuntimeError('the second node has failed')
+        raise RuntimeError('the node has failed')
 
-run(lambda: (Node('good'), Failing()))
 """
 
 
-def test_of_two_nodes_in_a_process_neither_goes_on_without_the_other(
-        ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize('made', ['Failing()', "(Failing(), Node('good'))",
+                                  "(Node('good'), Failing())"])
+def test_a_node_that_fails_says_so_and_takes_its_process_with_it(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch, made: str) -> None:
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
-    ended = subprocess.run([sys.executable, '-c', TWO_NODES], capture_output=True, text=True,
-                           timeout=60, check=False)
+    ended = subprocess.run([sys.executable, '-c', f'{FAILING}run(lambda: {made})'],
+                           capture_output=True, text=True, timeout=60, check=False)
     assert ended.returncode == 1
-    assert 'RuntimeError: the second node has failed' in ended.stderr
+    assert 'RuntimeError: the node has failed' in ended.stderr
 
 
 def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> None:

@@ -55,9 +55,6 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
         _spin(make_node, fast_streams)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except Exception:  # half-made nodes raise all sorts of things when told to end while starting
-        if rclpy.ok():
-            raise
     finally:
         rclpy.try_shutdown()
 
@@ -68,16 +65,19 @@ def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) ->
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)
         sys.exit(REFUSED)
+    except Exception:  # half-made nodes raise all sorts of things when told to end meanwhile
+        if rclpy.ok():
+            raise
+        return
     nodes = [made] if isinstance(made, Node) else list(made)
     logging.getLogger('bpc_perception').addHandler(RosLogHandler(nodes[0]))
     failures: list[Exception] = []
-    aside = [Thread(target=_spin_aside, args=(node, failures)) for node in nodes[1:]]
+    aside = [Thread(target=_spin_one, args=(node, failures)) for node in nodes[1:]]
     for thread in aside:
         thread.start()
     try:
-        _spin_one(nodes[0], fast_streams)
+        _spin_one(nodes[0], failures, fast_streams)
     finally:
-        rclpy.try_shutdown()  # for those aside as well
         for thread in aside:
             thread.join()
         for node in nodes:
@@ -87,20 +87,16 @@ def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) ->
             sys.exit(1)
 
 
-def _spin_one(node: Node, fast: bool = False) -> None:
+def _spin_one(node: Node, failures: list[Exception], fast: bool = False) -> None:
+    """Spin in a thread; all end when this one does."""
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
     kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
     executor = kind()
     executor.add_node(node)
-    # Not spin(): that of the events executor never sleeps.
-    while rclpy.ok():
-        executor.spin_once(timeout_sec=0.1)
-
-
-def _spin_aside(node: Node, failures: list[Exception]) -> None:
-    """Spin in a thread; all end when this one does."""
     try:
-        _spin_one(node)
+        # Not spin(): that of the events executor never sleeps.
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=0.1)
     except ExternalShutdownException:
         pass
     except Exception as error:
