@@ -14,45 +14,23 @@ from numpy.typing import NDArray
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from bpc_perception.core.advice import RateAdvice, Reason
-from bpc_perception.core.geometry import Array, invert, transform
+from bpc_perception.core.advice import RateAdvice
+from bpc_perception.core.geometry import Array
 from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
 from bpc_perception.core.session import Result
+from bpc_perception.legend import (
+    advice_in_words,
+    COLOURS,
+    label,
+    LEFT,
+    MEANINGS,
+    RIGHT,
+    TARGET,
+    WINDOW,
+)
+from bpc_perception.overlay import path_pixels
 
 MM = 1e3  # [mm/m]
-
-# The palette of Okabe and Ito, which colour-blind eyes can tell apart, and a grey.
-COLOURS = {
-    Status.MEASURED: '#0072B2',
-    Status.GAP: '#D55E00',
-    Status.NO_DATA: '#8C8C8C',
-    Status.OCCLUDED: '#000000',
-    Status.JUNCTION: '#CC79A7',
-    Status.LOW_CONFIDENCE: '#E69F00',
-}
-LEFT, RIGHT, WINDOW, TARGET = '#56B4E9', '#009E73', '#F0E442', '#333333'
-MEANINGS = {
-    Status.MEASURED: 'a thickness, with its uncertainty',
-    Status.GAP: 'the bed is seen and carries no ink',
-    Status.NO_DATA: 'outside the image, no depth, or glare',
-    Status.OCCLUDED: 'something stands in front, such as the nozzle',
-    Status.JUNCTION: 'the path crosses or touches itself; no single width',
-    Status.LOW_CONFIDENCE: 'seen, but not well enough to give a number',
-}
-REASONS = {
-    Reason.ON_TARGET: 'on target',
-    Reason.UNDER_EXTRUSION: 'the filament is too thin',
-    Reason.OVER_EXTRUSION: 'the filament is too thick',
-    Reason.LIMITED: 'limited to the largest change allowed',
-    Reason.NOT_ENOUGH_DATA: 'not enough data',
-    Reason.GAP_DETECTED: 'gap detected',
-    Reason.STALE_DATA: 'the newest measurement is too old',
-    Reason.NO_TARGET: 'no target thickness set',
-    Reason.CLOG_SUSPECTED: 'suddenly much less ink arrives, a clog perhaps',
-    Reason.PATH_OFFSET: 'the filament lies beside the path, look at the calibration',
-    Reason.EXTRUDER_FAULT: 'the extruder stopped, or says nothing',
-}
-
 
 def render(result: Result, summary: dict[str, Any]) -> str:
     """The page about a measured result.
@@ -81,28 +59,6 @@ def render(result: Result, summary: dict[str, Any]) -> str:
         aspect=f'{result.capture.camera.width} / {result.capture.camera.height}',
         plotly=Markup(get_plotlyjs()),
         figures={name: _embed(name, figure) for name, figure in figures.items()})
-
-
-def advice_in_words(advice: RateAdvice) -> str:
-    """What to do, and why."""
-    reason = REASONS[advice.reason]
-    if not advice.valid or advice.reason == Reason.ON_TARGET:
-        return f'change nothing: {reason}'
-    return (f'flow x {advice.flow_rate_scale:.2f}, or else speed x {advice.speed_scale:.2f}: '
-            f'{reason}')
-
-
-def label(status: Status) -> str:
-    """The name of a status in words."""
-    return status.name.replace('_', ' ').lower()
-
-
-def path_pixels(result: Result, points: Array) -> Array:
-    """Where points (N, 3) of the base frame lie in the image, as (N, 2); NaN = outside."""
-    assert result.T_base_camera is not None
-    camera = result.capture.camera
-    uv = camera.pixels(transform(invert(result.T_base_camera), points))
-    return np.where(camera.contains(uv)[:, None], uv, np.nan)
 
 
 def image_figure(result: Result) -> go.Figure:

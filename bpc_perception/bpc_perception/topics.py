@@ -9,6 +9,8 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
+from std_msgs.msg import Float64
+from visualization_msgs.msg import MarkerArray
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState, RateAdvice, ThicknessProfile
 
@@ -25,8 +27,14 @@ PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
 PROFILE, ADVICE = 'thickness_profile', 'rate_advice'
+MARKERS, OVERLAY = 'thickness/markers', 'thickness/overlay'
+WIDTH, DEVIATION = 'thickness/width', 'thickness/deviation'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
                            ADVICE: RateAdvice, '/diagnostics': DiagnosticArray}
+
+# For people to look at; made only while someone does.
+VIEWS: dict[str, Any] = {MARKERS: MarkerArray, OVERLAY: Image, WIDTH: Float64,
+                         DEVIATION: Float64}
 
 # Reliable as the vendor's camera node publishes; shallow, since a message may be 37 MB.
 CAMERA_QOS = QoSProfile(depth=2, reliability=ReliabilityPolicy.RELIABLE)
@@ -39,6 +47,9 @@ EXTRUSION_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 PATH_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 PATH_UPDATE_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+# The last is enough, also for who comes to look between two captures.
+VIEW_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
+                      durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RESULT_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 

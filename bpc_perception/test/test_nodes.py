@@ -385,6 +385,28 @@ def test_a_path_in_parts_is_as_good(graph: Any, tmp_path: Path) -> None:
     assert len(assert_profile_comes(bench, STAMP).x) == len(path)
 
 
+def test_who_looks_gets_markers_overlay_and_scalars(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path, advice__target_thickness=WIDTH_TRUE)
+    views = [bench.listen(name, kind, topics.VIEW_QOS) for name, kind in topics.VIEWS.items()]
+    bench.send(topics.PATH, PATH)
+    bench.send_capture(STAMP)
+    bench.until(lambda: all(views))
+    width = bench.received[topics.WIDTH][0].data
+    assert width == pytest.approx(WIDTH_TRUE, abs=PIXEL)
+
+
+def test_what_nobody_looks_at_is_not_made(graph: Any, tmp_path: Path,
+                                          monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    monkeypatch.setattr('bpc_perception.nodes.views.MESSAGES', {
+        name: lambda *_, name=name: made.append(name) for name in topics.VIEWS})
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, PATH)
+    bench.send_capture(STAMP)
+    assert_profile_comes(bench, STAMP)
+    assert made == []
+
+
 def test_in_hand_poses_place_the_camera(graph: Any, tmp_path: Path) -> None:
     bench = thickness(graph, tmp_path, mount='eye_in_hand')
     bench.send(topics.PATH, PATH)

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from bpc_perception import report
+from bpc_perception import legend, overlay, report
 
 MM = 1e-3
 NASTY = '</script><script>alert("1")</script>&<b>'
@@ -119,13 +119,13 @@ def test_same_result_same_page(page, result):
                            'limited to the largest change allowed')])
 def test_advice_in_words(valid, reason, words):
     advice = RateAdvice(0, '', valid, reason, 1.0, 1.0, (0.0, 1.0), 1, 2.0, 0.5, 1.0, 0.0, 0)
-    assert report.advice_in_words(advice) == words
+    assert legend.advice_in_words(advice) == words
 
 
 def test_everything_has_words_and_a_colour_of_its_own():
-    assert set(report.REASONS) == set(Reason)
-    assert set(report.MEANINGS) == set(report.COLOURS) == set(Status)
-    colours = [*report.COLOURS.values(), report.LEFT, report.RIGHT]
+    assert set(legend.REASONS) == set(Reason)
+    assert set(legend.MEANINGS) == set(legend.COLOURS) == set(Status)
+    colours = [*legend.COLOURS.values(), legend.LEFT, legend.RIGHT]
     assert len(set(colours)) == len(colours)
 
 
@@ -134,7 +134,7 @@ def test_points_are_drawn_where_the_camera_sees_them(result):
     figure = report.image_figure(result)
     gap = trace(figure, 'gap')
     assert (list(gap.x), list(gap.y)) == (pytest.approx([7]), pytest.approx([12]))
-    assert gap.marker.color == report.COLOURS[Status.GAP]
+    assert gap.marker.color == legend.COLOURS[Status.GAP]
     left, right = trace(figure, 'left side'), trace(figure, 'right side')
     assert left.x[:3] == pytest.approx([5, 6, 8])
     assert left.y == pytest.approx(np.full(19, 11.0))
@@ -144,7 +144,7 @@ def test_points_are_drawn_where_the_camera_sees_them(result):
 
 
 def test_points_outside_the_image_are_not_drawn(result):
-    outside = report.path_pixels(result, np.array(((0.0, 0.0, 0.1), (0.1, 0.0, 0.1))))
+    outside = overlay.path_pixels(result, np.array(((0.0, 0.0, 0.1), (0.1, 0.0, 0.1))))
     np.testing.assert_allclose(outside, ((5, 12), (np.nan, np.nan)))
 
 
@@ -157,11 +157,11 @@ def test_image_keeps_its_colours(result):
 
 
 def test_thickness_shows_target_gap_and_window(result):
-    path = report.path_pixels(result, result.profile.points)
+    path = overlay.path_pixels(result, result.profile.points)
     figure = report.thickness_figure(result.profile, result.advice, path, 0.03)
     shapes = {shape.name: shape for shape in figure.layout.shapes}
     assert (shapes['gap'].x0, shapes['gap'].x1) == pytest.approx((1.5, 2.5))
-    assert shapes['gap'].fillcolor == report.COLOURS[Status.GAP]
+    assert shapes['gap'].fillcolor == legend.COLOURS[Status.GAP]
     assert shapes['target'].y0 == pytest.approx(2.078)
     assert shapes['dead band'].y0 == pytest.approx(0.97 * 2.078)
     assert (shapes['advice window'].x0, shapes['advice window'].x1) == pytest.approx((5, 19))

@@ -147,11 +147,11 @@ class CrossSectionConfig(Config):
     tangent_length: Annotated[float, Parameter(
         'Length of path over which its direction is taken', 'm', 1e-5, 0.02)] = 0.001
     noise_gain: Annotated[float, Parameter(
-        'Uncertainty of a width per that from noise alone', '', 0.1, 10)] = 1.25
+        'Uncertainty of a width per that from noise alone', '', 0.1, 10)] = 1.15
     edge_sigma: Annotated[float, Parameter(
-        'Uncertainty of a width from sampling', 'pixels', 0, 2)] = 0.06
+        'Uncertainty of a width from sampling', 'pixels', 0, 2)] = 0.05
     light_sigma: Annotated[float, Parameter(
-        'Uncertainty of a width from the light on a bead 10 pixels wide', 'pixels', 0, 2)] = 0.035
+        'Uncertainty of a width from the light on a bead 10 pixels wide', 'pixels', 0, 2)] = 0.03
     maximum_noise: Annotated[float, Parameter(
         'Noise, as a share of the contrast of ink and bed, above which nothing is known',
         '', 0.01, 1)] = 0.25

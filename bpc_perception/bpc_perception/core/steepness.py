@@ -18,9 +18,10 @@ from scipy.special import ndtr
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.sections import Floats
 
-REACH = 5  # from the edge outward and inward [samples]
+REACH = 6  # from the edge outward and inward [samples]
 FLANK = np.arange(-1, 3)  # around the steepest place; farther in is the bead's ridge [samples]
 INWARD = 4.0  # from the edge to where it is seen how the ink's level changes [samples]
+NARROW, WIDE = 5.5, 10.0  # half the width of a bead whose ridge is at its rim, and not [samples]
 LEAST = 0.02  # of the greatest slope; less is noise
 BLUR = (0.5, 30.0)  # its variance, from pixels alone to a lens out of focus [samples^2]
 OBLIQUE = 1.25  # it differs by so much along a path seen from aside
@@ -48,9 +49,12 @@ def steepest(share: Floats, edge: Array, noise: Array, rows: int, spacing: float
     """
     step = max(1, rows // ASKED)
     pooled = _pooled(share, edge, rows)[::step]
+    # Between pixels the image is read off straight lines, which blur it at half a pixel and not
+    # at whole ones: where a path keeps to the pixels' rows, every other slope would be less.
     fall = (pooled[:, :-2] - pooled[:, 2:]) / 2
+    fall = (fall[:, :-2] + 2 * fall[:, 1:-1] + fall[:, 2:]) / 4
     row = np.arange(len(fall))
-    ends = slice(-FLANK[0], fall.shape[1] - FLANK[-1])
+    ends = slice(1, fall.shape[1] - FLANK[-1])
     peak = np.argmax(np.nan_to_num(fall[:, ends], nan=-np.inf), axis=1) + ends.start
     greatest = fall[row, peak]
     known = np.isfinite(pooled).all(axis=1) & (greatest > 0)
@@ -59,8 +63,8 @@ def steepest(share: Floats, edge: Array, noise: Array, rows: int, spacing: float
     result = np.full(len(pooled), np.nan)
     pooled, greatest, peak = pooled[known], greatest[known], peak[known]
     flank = fall[known][np.arange(len(peak))[:, None], peak[:, None] + FLANK] / greatest[:, None]
-    top, variance = _gaussian(np.maximum(flank, LEAST))
-    place = peak + 1 + top
+    top, variance = _gaussian(np.maximum(flank, LEAST), inner_trust(float(np.nanmedian(edge))))
+    place = peak + 2 + top
 
     # Ink whose level gains c a sample up to H at the rim: the blurred edge falls by H g - c G,
     # g a Gaussian of variance s^2 about the edge and G its integral from outside. Steepest
@@ -89,7 +93,15 @@ def _pooled(share: Floats, edge: Array, rows: int) -> Array:
     return np.where(count > 0.5 / size, total / np.maximum(count, 0.5 / size), np.nan)
 
 
-def _gaussian(values: Array) -> tuple[Array, Array]:
+def inner_trust(edge: float) -> float:
+    """Weight of the slope inward of the steepest one, from how far the edge is [samples].
+
+    In a narrow bead that slope shows the ridge as well.
+    """
+    return float(np.clip((edge - NARROW) / (WIDE - NARROW), 0, 1))
+
+
+def _gaussian(values: Array, inner: float) -> tuple[Array, Array]:
     """Places and variances (N,) of Gaussians through values (N, len(FLANK)) > 0 at ``FLANK``.
 
     Parabolas through their logarithms, weighted by the squares of the values (Guo, IEEE Signal
@@ -97,6 +109,7 @@ def _gaussian(values: Array) -> tuple[Array, Array]:
     """
     powers = FLANK[:, None].astype(float) ** np.arange(3)
     weight, level = values**2, np.log(values)
+    weight[:, FLANK < 0] *= inner
     moments = np.einsum('nk,ki,kj->nij', weight, powers, powers)
     square = np.linalg.solve(moments, np.einsum('nk,ki->ni', weight * level, powers)[..., None])
     with np.errstate(divide='ignore'):
@@ -107,7 +120,7 @@ def _gaussian(values: Array) -> tuple[Array, Array]:
     right = np.einsum('nk,ki->ni', weight * (level + FLANK**2 / (2 * variance[:, None])),
                       powers[:, :2])
     slope = np.linalg.solve(moments[:, :2, :2], right[..., None])[:, 1, 0]
-    return np.clip(slope * variance, FLANK[0], -FLANK[0]), variance
+    return np.clip(slope * variance, -1.0, 1.0), variance
 
 
 def _read(values: NDArray[np.floating[Any]], place: Array) -> Array:

@@ -31,6 +31,7 @@ from bpc_perception.nodes.path_follower import PathFollower
 from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
+from bpc_perception.nodes.views import Views
 
 SKIPPED = 'captures skipped for newer ones'
 
@@ -54,6 +55,7 @@ class ThicknessNode(Node):
         self._frame = config.base_frame
         self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
         self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+        self._views = Views(self, self._frame)
         for name, kind in topics.CAMERA.items() if camera_topics else ():
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
             self.create_subscription(kind, name, partial(self._on_camera, name), qos)
@@ -110,6 +112,7 @@ class ThicknessNode(Node):
             self._profiles.publish(profile_to_message(result.profile, self._frame))
             self._advice.publish(advice_to_message(result.advice))
             self._diagnostics.count('profiles')
+            self._views.publish(result)
             if result.warning:
                 self._diagnostics.warn(result.warning)
 
