@@ -105,3 +105,25 @@ def test_a_child_ends_when_its_parent_is_killed() -> None:
 def test_who_lost_its_parent_before_ends_at_once() -> None:
     ended = run(ORPHAN, BPC_PARENT='1')
     assert (ended.returncode, ended.stdout) == (1, '')
+
+
+# Its output stays open as long as the child lives.
+HANGING = """
+import os, subprocess, sys
+child = "import signal, time; from bpc_perception.nodes.process import end_with_parent; " \\
+        "signal.signal(signal.SIGTERM, signal.SIG_IGN); end_with_parent(); " \\
+        "print('ready', flush=True); time.sleep(60)"
+started = subprocess.Popen([sys.executable, '-c', child], stdout=sys.stdout,
+                           env={**os.environ, 'BPC_PARENT': str(os.getpid())})
+sys.stdin.readline()
+os.kill(os.getpid(), 9)
+"""
+
+
+def test_who_hangs_in_ending_ends_all_the_same() -> None:
+    with subprocess.Popen([sys.executable, '-c', HANGING], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline() == 'ready\n'
+        out, _ = parent.communicate('end\n', timeout=30)  # until the child has closed it as well
+    assert (parent.returncode, out) == (-signal.SIGKILL, '')

@@ -6,6 +6,8 @@ import ctypes
 import os
 from pathlib import Path
 import signal
+from threading import Thread
+import time
 
 import cv2
 from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -20,6 +22,7 @@ PARENT_VARIABLE = 'BPC_PARENT'
 # kernel zeroes page by page, for longer than the copy takes.
 M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_MAX, M_ARENA_MAX = -1, -2, -4, -8
 ALLOCATOR = {M_MMAP_MAX: 0, M_TRIM_THRESHOLD: 2**31 - 1, M_TOP_PAD: 64 << 20, M_ARENA_MAX: 1}
+ORPHAN_PATIENCE = 3.0  # [s]
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -43,6 +46,15 @@ def end_with_parent() -> None:
     prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != int(parent):  # it ended before
         raise SystemExit(1)
+    Thread(target=_end_orphaned, args=(int(parent),), daemon=True).start()
+
+
+def _end_orphaned(parent: int) -> None:
+    """End the hard way where SIGTERM was not enough: the middleware may hang in its shutdown."""
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    time.sleep(ORPHAN_PATIENCE)
+    os._exit(1)
 
 
 def be_a_good_neighbour(config: ProcessConfig, logger: RcutilsLogger) -> None:
