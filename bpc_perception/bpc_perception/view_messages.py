@@ -71,7 +71,7 @@ def markers_message(result: Result, frame_id: str) -> MarkerArray:
     shown = np.arange(0, len(profile), -(-len(profile) // MOST) or 1)
     target = advice.target_thickness
     usual = target if target > 0 else profile.summary.thickness_median
-    markers = [Marker(header=header, action=Marker.DELETEALL)]
+    markers = [Marker(action=Marker.DELETEALL)]
     markers += _ribbon(profile, shown, usual)
     measured = profile.status[shown] == Status.MEASURED
     for name, points, colour in (('left side', profile.left_points, LEFT),

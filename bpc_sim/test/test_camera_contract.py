@@ -10,7 +10,7 @@ import time
 from typing import Any
 
 from bpc_perception.core.capture import Capture
-from bpc_perception.testing import free_domain, Graph
+from bpc_perception.testing import Graph
 from bpc_sim.scenarios import SCENARIOS
 from bpc_sim.zivid_double import linear, srgb, standing, ZividDouble
 import numpy as np
@@ -44,14 +44,6 @@ class Rig:
 
     def capture(self) -> Capture:
         return self.camera.capture(time.time_ns())
-
-
-@pytest.fixture
-def graph() -> Iterator[Graph]:
-    with free_domain() as domain:
-        made = Graph(domain)
-        yield made
-        made.close()
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import sys
 import time
 from typing import Any
 
-from bpc_perception.testing import free_domain, Graph
+from bpc_perception.testing import Graph
 from bpc_sim.extruder_double import TicDouble, Wire
 import numpy as np
 import pytest
@@ -58,14 +58,6 @@ class Bench:
         begin = len(self.states)
         self.until(lambda: len(self.states) >= begin + count)
         return self.states[begin:]
-
-
-@pytest.fixture
-def graph() -> Iterator[Graph]:
-    with free_domain() as domain:
-        made = Graph(domain)
-        yield made
-        made.close()
 
 
 @pytest.fixture(params=['serial', 'tic'])

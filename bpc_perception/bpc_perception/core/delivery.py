@@ -119,10 +119,9 @@ class DeliveryFilter:
         """What the models say together."""
         weight = self._weights
         gain = float(weight @ self._gain)
-        spread = float(weight @ (self._p_gain + (self._gain - gain)**2))
         lags = np.array(LAGS)[self._lag]
         lag = float(weight @ lags)
-        return Delivery(gain, spread**0.5, lag, float(weight @ (lags - lag)**2)**0.5)
+        return Delivery(gain, self.gain_sigma, lag, float(weight @ (lags - lag)**2)**0.5)
 
     def after(self, command: float, flow: Array, horizon: float) -> float:
         """Logarithm of what arrives, at the horizon [s], if the command stays as it is.
