@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import ReliabilityPolicy
 import typer
@@ -124,9 +125,11 @@ def check(
     node = rclpy.create_node('bpc_check')
     try:
         listener = Listener(node, configure(RecorderConfig(), 'path_recorder', parameters), others)
+        executor = SingleThreadedExecutor()  # rclpy.spin_once() is too slow for fast streams
+        executor.add_node(node)
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.05)
+            executor.spin_once(timeout_sec=0.05)
         for finding in listener.findings():
             _show(finding)
             found.append(finding)
