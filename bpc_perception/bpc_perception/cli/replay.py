@@ -26,7 +26,8 @@ from bpc_perception.outputs import write_outputs
 from bpc_perception.recording import captures
 
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
-LOSSLESS = {f'qos_overrides./{topics.POSE}.subscription.reliability': 'reliable'}
+LOSSLESS = {f'qos_overrides./{topic}.subscription.reliability': 'reliable'
+            for topic in topics.ROBOT}
 PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]
 AFTERMATH = 10.0  # for the last results after the recording's end [s]
 
@@ -59,7 +60,7 @@ def replay(
         raise ValueError(f'{bag}: expected a complete capture, found none')
     stamps = [capture.stamp_ns for capture in recorded]
     with monitoring() as monitor, Nodes(given.parameter_file, {'use_sim_time': True}) as nodes:
-        monitor.expect_no_other_printer()
+        monitor.expect_no_other_printer(*topics.ROBOT)
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
         nodes.start_measuring(
             {'back_end': 'bag', 'bag': str(bag)},
