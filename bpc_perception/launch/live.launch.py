@@ -22,6 +22,7 @@ TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
 TOPICS = {
     'pose_topic': 'end_effector_pose',
     'joint_states_topic': 'joint_states',
+    'lbr_state_topic': 'lbr_state',
     'extrusion_topic': 'extrusion_state',
     'image_topic': 'color/image_color',
     'camera_info_topic': 'color/camera_info',
