@@ -23,6 +23,7 @@ from bpc_perception.cli import (
     study,
     testing,
 )
+from bpc_perception.cli.terminal import WARNINGS
 
 REFUSED = 2
 INTERRUPTED = 130
@@ -41,33 +42,19 @@ for name, command in (('demo', replay.demo), ('test', testing.run_tests),
 app.add_typer(calibrate.app, name='calibrate')
 
 
-class HeldWarnings(logging.Handler):
-    """Keeps each warning once for the end: only then is it known what came of it."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.texts: dict[str, None] = {}
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Keep the message."""
-        self.texts[record.getMessage()] = None
-
-
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
-    warnings = HeldWarnings()
-    logging.getLogger().addHandler(warnings)
+    logging.getLogger().addHandler(WARNINGS)
     try:
         status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)
     except UsageError as error:
         command = error.ctx.command_path if error.ctx else 'bpc'
         refuse(f'{command}: {error.format_message()} ({command} --help says more)')
     except (ValueError, OSError) as error:
-        refuse(f'bpc: {error}' + ''.join(f'; {text}' for text in warnings.texts))
+        refuse(f'bpc: {error}' + ''.join(f'; {text}' for text in WARNINGS.texts))
     except typer.Abort:  # Ctrl-C
         sys.exit(INTERRUPTED)
-    for text in warnings.texts:
-        print(f'bpc: {text}', file=sys.stderr)
+    WARNINGS.tell()
     sys.exit(status)
 
 
