@@ -114,6 +114,11 @@ class BagWriter:
         self._first_ns = log_ns if self._first_ns is None else min(self._first_ns, log_ns)
         self._last_ns = max(self._last_ns, log_ns)
 
+    @property
+    def written(self) -> tuple[dict[str, int], int]:
+        """Messages written by topic, and the size of the file [bytes]."""
+        return dict(self._counts), self._file.stat().st_size
+
     def flush(self) -> None:
         """Hand everything written so far to the operating system, readable as it is."""
         self._writer.flush()

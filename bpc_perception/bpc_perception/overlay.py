@@ -74,12 +74,17 @@ def _dots(picture: NDArray[np.uint8], result: Result, points: Array, colour: str
         cv2.circle(picture, (u, v), 2 << SHIFT, rgb(colour), -1, cv2.LINE_AA, SHIFT)
 
 
-def _scale_bar(picture: NDArray[np.uint8], result: Result, scale: int) -> None:
-    """Draw a length at the bottom, as it is in the middle of the path."""
+def pixel_size(result: Result) -> float:
+    """What a pixel of the image is long in the middle of the path [m]."""
     assert result.profile is not None
     assert result.T_base_camera is not None
     depth = np.median(transform(invert(result.T_base_camera), result.profile.points)[:, 2])
-    pixel = float(depth) / result.capture.camera.focal_length / scale
+    return float(depth) / result.capture.camera.focal_length
+
+
+def _scale_bar(picture: NDArray[np.uint8], result: Result, scale: int) -> None:
+    """Draw a length at the bottom, as it is in the middle of the path."""
+    pixel = pixel_size(result) / scale
     height, width = picture.shape[:2]
     length = max((length for length in LENGTHS if length <= BAR * width * pixel),
                  default=LENGTHS[0])

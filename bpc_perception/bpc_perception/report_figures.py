@@ -156,23 +156,30 @@ def offset_figure(profile: ThicknessProfile) -> go.Figure:
                        line={'color': COLOURS[Status.MEASURED], 'width': 1.5},
                        hovertemplate='%{y:+.3f} mm at %{x:.1f} mm<extra></extra>')
     figure.add_hline(0, line={'color': TARGET, 'width': 1})
-    largest = float(np.nanpercentile(np.abs(np.append(offset, 0.0)), 99))
     return figure.update_layout(
-        layout(), xaxis={'title': 'arc length [mm]'}, yaxis2=OVER_ALL,
-        yaxis={'title': 'left of the path [mm]', 'range': np.multiply(
-            (-1.5, 1.5), max(largest, 0.05)).tolist()})
+        layout(), xaxis={'title': 'arc length [mm]'}, yaxis2=OVER_ALL, legend={'y': -0.35},
+        yaxis={'title': 'left of the path [mm]', 'range': offset_range(profile)})
+
+
+def offset_range(profile: ThicknessProfile) -> tuple[float, float]:
+    """Between which offsets are shown at first [mm]: without outliers, and no mere noise."""
+    offset = np.abs(np.append(profile.left - profile.right, 0.0)) / 2 * MM
+    largest = 1.5 * max(float(np.nanpercentile(offset, 99)), 0.05)
+    return -largest, largest
 
 
 def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Figure:
     """The filament in the base frame, as wide as measured, coloured by its deviation."""
     figure = go.Figure()
-    left, right = profile.left_points * MM, profile.right_points * MM
-    measured = (profile.status == Status.MEASURED) & np.isfinite(left + right).all(axis=1)
+    measured = (profile.status == Status.MEASURED) & np.isfinite(
+        profile.left_points + profile.right_points).all(axis=1)
+    left, right = (np.where(measured[:, None], points, profile.points) * MM
+                   for points in (profile.left_points, profile.right_points))
     starts = np.flatnonzero(measured[:-1] & measured[1:])
     if len(starts):
         off = 100 * (profile.thickness / reference(profile, targets) - 1)
         count = len(profile)
-        x, y, z = _single(np.nan_to_num(np.concatenate((left, right)))).T
+        x, y, z = _single(np.concatenate((left, right))).T
         i, j, k = np.concatenate((
             np.stack((starts, starts + count, starts + 1)),
             np.stack((starts + count, starts + count + 1, starts + 1))), axis=1).astype(np.int32)
@@ -183,7 +190,8 @@ def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Fi
             colorscale=((0, THIN), (0.5, RIGHT_ON), (1, THICK)), name='measured',
             lighting={'ambient': 1, 'diffuse': 0, 'specular': 0, 'fresnel': 0},
             colorbar={'title': {'text': 'off the ' + ('median' if targets is None else 'target')},
-                      'ticksuffix': ' %', 'thickness': 12, 'len': 0.8},
+                      'ticksuffix': ' %', 'thickness': 12, 'orientation': 'h', 'y': 1,
+                      'yanchor': 'bottom'},
             customdata=_single(np.tile(told, (2, 1))),
             hovertemplate='%{customdata[1]:.3f} mm at %{customdata[0]:.1f} mm<extra></extra>')
     for status in Status:
@@ -195,11 +203,24 @@ def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Fi
             figure.add_scatter3d(x=x, y=y, z=z, mode='lines', name=label(status),
                                  line={'color': colour, 'width': 5}, hoverinfo='name')
     return figure.update_layout(
-        layout(), margin={'l': 0, 'r': 0, 't': 0, 'b': 0}, legend={'y': 0},
-        scene={'aspectmode': 'data', 'bgcolor': SPACE,
-               'camera': {'eye': {'x': 0.0, 'y': -0.9, 'z': 1.4}},
+        layout(), margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, legend={'y': 0},
+        scene={'aspectmode': 'manual',
+               'aspectratio': dict(zip('xyz', _sides(profile), strict=True)),
+               'bgcolor': SPACE, 'camera': {'eye': {'x': 0.0, 'y': -1.0, 'z': 1.6}},
                **{f'{axis}axis': {'title': {'text': f'{axis} [mm]'}, 'gridcolor': '#777777',
-                                  'showbackground': False} for axis in 'xyz'}})
+                                  'showbackground': False, 'color': 'white'} for axis in 'xyz'}})
+
+
+def _sides(profile: ThicknessProfile) -> list[float]:
+    """Length, width and height of the filament in proportion, as far as anything is measured.
+
+    Not left to Plotly, which makes the volume 1, and what is flat very large.
+    """
+    points = np.concatenate((profile.points, profile.left_points, profile.right_points))
+    points = points[np.isfinite(points).all(axis=1)]
+    sides = np.ptp(points, axis=0) if len(points) else np.ones(3)
+    longest = float(sides.max()) or 1.0
+    return np.maximum(1.3 * sides / longest, 0.01).tolist()
 
 
 def histogram_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Figure:

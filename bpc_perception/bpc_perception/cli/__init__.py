@@ -15,6 +15,7 @@ from bpc_perception.cli import (
     bench,
     calibrate,
     check,
+    compare,
     live,
     measure,
     record,
@@ -37,7 +38,8 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None,
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),
-                      ('study', study.study), ('bench', bench.bench), ('check', check.check)):
+                      ('compare', compare.compare), ('study', study.study),
+                      ('bench', bench.bench), ('check', check.check)):
     app.command(name)(command)
 app.add_typer(calibrate.app, name='calibrate')
 

@@ -38,7 +38,7 @@ def view(profile: ThicknessProfile, advice: RateAdvice, width: int, age: float) 
 
 
 def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> Text:
-    """Thickness along the path in so many letters: a block each, as high as half the twice wanted.
+    """Thickness along the path in so many letters: blocks, of half height where it is as wanted.
 
     Coloured by deviation from the target, or from the median without one; where most samples of
     a stretch are not measured there is the sign of their most frequent status.
@@ -46,8 +46,10 @@ def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> T
     line = Text()
     target = advice.target_thickness
     usual = target if target > 0 else profile.summary.thickness_median
-    for part in np.array_split(np.arange(len(profile)), min(width, len(profile)) or 1):
-        status = Status(np.bincount(profile.status[part]).argmax() if len(part) else 2)
+    for part in np.array_split(np.arange(len(profile)), max(1, min(width, len(profile)))):
+        if not len(part):
+            continue
+        status = Status(int(np.bincount(profile.status[part]).argmax()))
         if status != Status.MEASURED:
             line.append(SIGNS[status], COLOURS[status])
             continue

@@ -79,14 +79,25 @@ class Terminal:
         """Whether somebody looks at bars and views."""
         return self._console.is_terminal and not (self._quiet or self._json)
 
+    @property
+    def width(self) -> int:
+        """Letters in a line."""
+        return self._console.width
+
     def say(self, text: str) -> None:
         """A line for people, who are told nothing else by it than by the events."""
         if not (self._quiet or self._json):
             self._console.print(text, soft_wrap=True, markup=False)
 
+    def show(self, table: RenderableType) -> None:
+        """A table for people, rather wider than the terminal than with numbers cut short."""
+        if not (self._quiet or self._json):
+            Console(width=max(self._console.width, 260)).print(table)
+
     def tell(self, event: str, text: str, /, **values: object) -> None:
-        """Something that scripts want to know as well."""
-        self.say(text)
+        """Something that scripts want to know; the text, if any, is for people."""
+        if text:
+            self.say(text)
         if self._json:
             # ASCII only: a file name need not be valid Unicode.
             print(json.dumps({'event': event, **plain(values)}, allow_nan=False), flush=True)
