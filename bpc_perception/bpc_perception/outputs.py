@@ -104,7 +104,8 @@ def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
             file.write_bytes(data)
         if figures:
             (folder / 'figures').mkdir(exist_ok=True)
-        for name in files:
+        # The summary comes last: where its fingerprint is right, so is all the rest.
+        for name in sorted(files, key='summary.json'.__eq__):
             os.replace(Path(beside, name), folder / name)
     return [folder / name for name in files]
 
@@ -147,7 +148,7 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
                  for start, end in (profile.gaps * MM).tolist()],
         'offset_mean_mm': statistics.offset_mean * MM,
         'offset_rms_mm': statistics.offset_rms * MM,
-        'warnings': [result.warning] if result.warning else [],
+        'warnings': [*log.warnings, *([result.warning] if result.warning else [])],
         'advice': advice_entry(result.advice),
         'captures': log.entries,
         'bag': provenance.bag,

@@ -23,6 +23,7 @@ class PrintLog:
         reported: the result that is reported; None as long as there is none.
         place: its position among the entries.
         film: overlays of the captures.
+        warnings: what else has to be known of the measurement.
     """
 
     wanted: int | None = None
@@ -30,6 +31,7 @@ class PrintLog:
     reported: Result | None = None
     place: int = -1
     film: Film = field(default_factory=Film)
+    warnings: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, results: Iterable[Result]) -> PrintLog:

@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 import typer
 
 from bpc_perception.cli import (
+    batch,
     bench,
     calibrate,
     check,
@@ -38,8 +39,9 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None,
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),
-                      ('compare', compare.compare), ('study', study.study),
-                      ('bench', bench.bench), ('check', check.check)):
+                      ('batch', batch.batch), ('compare', compare.compare),
+                      ('study', study.study), ('bench', bench.bench),
+                      ('check', check.check)):
     app.command(name)(command)
 app.add_typer(calibrate.app, name='calibrate')
 

@@ -17,7 +17,7 @@ from bpc_perception.cli.options import (
     QuietOption,
 )
 from bpc_perception.cli.table import ResultTable
-from bpc_perception.cli.terminal import Terminal
+from bpc_perception.cli.terminal import Terminal, WARNINGS
 from bpc_perception.offline import measure_bag
 from bpc_perception.outputs import write_outputs
 from bpc_perception.print_log import PrintLog
@@ -59,4 +59,5 @@ def measure(
                          f'found {", ".join(map(str, log.numbers))}')
     if log.reported.warning:
         terminal.warn(log.reported.warning)
+    log.warnings = list(WARNINGS.texts)
     terminal.files(write_outputs(out, log, given.provenance, figures))
