@@ -9,8 +9,9 @@ import typer
 
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
-from bpc_perception.cli.options import RemapOption, remappings
+from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import CameraConfig, ThicknessConfig
 from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.handeye import load_hand_eye
@@ -29,11 +30,14 @@ def live(
         '--camera', metavar='BACK_END', help='Take captures with this back end of the camera '
         'driver, in the thickness node\'s process; unless given, the camera publishes.')] = None,
     remap: RemapOption = None,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Measure a running print until Ctrl-C.
 
     Robot and extruder publish by themselves.
     """
+    terminal = Terminal(quiet, json_lines)
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
     if camera is not None:
@@ -41,7 +45,7 @@ def live(
     recorder = live_recorder(parameters)
     others = remappings(remap)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
-    with (monitoring(keep=1) as monitor,
+    with (monitoring(terminal, keep=1) as monitor,
           Nodes(parameters, remappings=others) as nodes):
         nodes.start('bpc_perception.nodes.path_recorder')
         if camera is None:
@@ -49,7 +53,7 @@ def live(
         else:
             nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye),
                         back_end=camera)
-        print('Waiting for captures; Ctrl-C ends.')
+        terminal.say('Waiting for captures; Ctrl-C ends.')
 
         def ended() -> bool:
             nodes.check()
@@ -59,5 +63,5 @@ def live(
         for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION):
             topic = others.get(name, name)
             if not monitor.publishers(topic):
-                print(f'  {topic}: nobody publishes it yet')
+                terminal.tell('silent', f'  {topic}: nobody publishes it yet', topic=topic)
         monitor.spin_until(ended)
