@@ -18,6 +18,7 @@ from bpc_perception.cli.options import (
     ParametersOption,
     SeparateOption,
 )
+from bpc_perception.cli.page import PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.session import Result
@@ -34,11 +35,12 @@ AFTERMATH = 10.0  # for the last results after the recording's end [s]
 def demo(
     out: OutOption = Path('demo'),
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
+    page: PageOption = False,
 ) -> None:
     """Replay the sample print in real time through the three nodes."""
     root = Path(os.environ.get('BPC_ROOT', '.'))
     print('A spiral of 174 mm is printed in one minute; the camera looks every 12 s.')
-    replay(root / 'bags' / 'spiral_gaps', out, rate=rate)
+    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, page=page)
 
 
 def replay(
@@ -49,6 +51,7 @@ def replay(
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
     loop: Annotated[bool, typer.Option('--loop', help='Again and again, until Ctrl-C.')] = False,
     separate: SeparateOption = False,
+    page: PageOption = False,
 ) -> None:
     """Replay a recording through the nodes."""
     inputs.check_out(out)
@@ -58,7 +61,9 @@ def replay(
     if not recorded:
         raise ValueError(f'{bag}: expected a complete capture, found none')
     stamps = [capture.stamp_ns for capture in recorded]
-    with monitoring() as monitor, Nodes(given.parameter_file, {'use_sim_time': True}) as nodes:
+    with (monitoring() as monitor,
+          Nodes(given.parameter_file, {'use_sim_time': True}) as nodes,
+          serving(page, use_sim_time=True)):
         monitor.expect_no_other_printer()
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
         nodes.start_measuring(

@@ -13,6 +13,7 @@ import yaml
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.options import SeparateOption
+from bpc_perception.cli.page import PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import AdviceConfig, CameraConfig
 
@@ -39,6 +40,7 @@ def sim(
         help='In a closed loop, what is corrected: flow or speed.')] = 'flow',
     seed: Annotated[int, typer.Option(help='In a closed loop: which printer.')] = 0,
     separate: SeparateOption = False,
+    page: PageOption = False,
 ) -> None:
     """Print on the synthetic printer, measured live, in an open or a closed loop."""
     # The simulator is a package of its own, needed by this command only.
@@ -61,7 +63,7 @@ def sim(
             raise ValueError(f'scenario: expected one of {", ".join(SITUATIONS)}, '
                              f'found {scenario!r}')
         config = SimConfig(situation=scenario, speed=speed * 1e-3, seed=seed)
-        print_closed_loop(config, actuator, rate)
+        print_closed_loop(config, actuator, rate, page)
         return
     config = SimConfig(scenario=scenario or 'spiral_gaps', speed=speed * 1e-3)
     AdviceConfig(target_thickness=target * 1e-3)
@@ -69,17 +71,18 @@ def sim(
         record_print(config.job(), record, 1 / rate, target * 1e-3)
         print(record)
         return
-    print_open_loop(config, rate, target * 1e-3, separate)
+    print_open_loop(config, rate, target * 1e-3, separate, page)
 
 
-def print_open_loop(config: Any, rate: float, target: float, separate: bool) -> None:
+def print_open_loop(config: Any, rate: float, target: float, separate: bool,
+                    page: bool) -> None:
     """Print as planned, and look on; target [m]."""
     from bpc_sim.sample import hand_eye, parameters
 
     job = config.job()
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), hand_eye(job), parameters(job, target))
-        with monitoring(keep=1) as monitor, Nodes(settings) as nodes:
+        with monitoring(keep=1) as monitor, Nodes(settings) as nodes, serving(page):
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': config.scenario, 'speed': config.speed,
@@ -101,7 +104,7 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool) -> 
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
 
 
-def print_closed_loop(config: Any, actuator: str, rate: float) -> None:
+def print_closed_loop(config: Any, actuator: str, rate: float, page: bool) -> None:
     """Print with what goes wrong, and with a controller that follows the advice."""
     from bpc_sim.closed_loop_live import loop_hand_eye, loop_parameters, report
     from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
@@ -111,7 +114,7 @@ def print_closed_loop(config: Any, actuator: str, rate: float) -> None:
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
-        with monitoring() as monitor, Nodes(settings) as nodes:
+        with monitoring() as monitor, Nodes(settings) as nodes, serving(page):
             monitor.expect_no_other_printer()
             common = {'situation': config.situation, 'seed': config.seed, 'speed': config.speed}
             nodes.start('bpc_perception.nodes.path_recorder')
