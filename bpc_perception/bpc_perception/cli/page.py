@@ -8,10 +8,12 @@ import importlib.util
 import os
 import secrets
 import socket
+import sys
 from typing import Annotated, Any
 
 import typer
 
+from bpc_perception.cli.monitor import Monitor
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import PageConfig
 
@@ -41,6 +43,13 @@ def serving(page: bool, remappings: Mapping[str, str] | None = None,
         nodes.start('bpc_perception.nodes.page', port=port)
         print(f'page: http://{HOST}:{port}/?token={token}', flush=True)
         yield
+
+
+def linger(page: bool, monitor: Monitor) -> None:
+    """Where a person is at a terminal, let the page be looked at until Ctrl-C."""
+    if page and sys.stdout.isatty():
+        print('The print has ended; nodes and page stay until Ctrl-C.')
+        monitor.spin_until(lambda: False)
 
 
 def free_port(preferred: int) -> int:

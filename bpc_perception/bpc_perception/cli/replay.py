@@ -18,7 +18,7 @@ from bpc_perception.cli.options import (
     ParametersOption,
     SeparateOption,
 )
-from bpc_perception.cli.page import PageOption, serving
+from bpc_perception.cli.page import linger, PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.session import Result
@@ -86,6 +86,7 @@ def replay(
 
         monitor.spin_until(played)
         monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
+        linger(page, monitor)
     results = collect(monitor, given)
     if not any(result.profile for result in results):
         raise ValueError(f'{bag}: expected a profile, found none; '

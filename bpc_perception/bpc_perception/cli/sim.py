@@ -13,7 +13,7 @@ import yaml
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.options import SeparateOption
-from bpc_perception.cli.page import PageOption, serving
+from bpc_perception.cli.page import linger, PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.config import AdviceConfig, CameraConfig
 
@@ -102,6 +102,7 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool,
             if not monitor.spin_until(complete, START_DELAY + job.duration + 10 + 2 / rate):
                 raise ValueError('expected a profile after the end of the print, found none; '
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
+            linger(page, monitor)
 
 
 def print_closed_loop(config: Any, actuator: str, rate: float, page: bool) -> None:
@@ -147,6 +148,7 @@ def print_closed_loop(config: Any, actuator: str, rate: float, page: bool) -> No
                 raise ValueError('expected profiles, found none; '
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
             print(report(print_, list(monitor.profiles.values())[-1], actuator, rate))
+            linger(page, monitor)
 
 
 def write_settings(folder: Path, hand_eye: dict[str, object],

@@ -70,9 +70,11 @@ class PageNode(Node):
         self._jump = on_jump_back(self, self._board.clear)
         # What the server's thread wants is done in this node's.
         self._called = self.create_guard_condition(self._answer)
-        token = os.environ.get(TOKEN_VARIABLE) or secrets.token_urlsafe(16)
-        self._server = PageServer(self._board, config.port, token, self._act, self._on_watchers)
-        print(self._server.address, flush=True)  # not into the log, which is a topic too
+        given = os.environ.get(TOKEN_VARIABLE)
+        self._server = PageServer(self._board, config.port, given or secrets.token_urlsafe(16),
+                                  self._act, self._on_watchers)
+        if not given:
+            print(self._server.address, flush=True)  # not into the log, which is a topic too
 
     def _on_profile(self, packed: bytes) -> None:
         self._packed = packed

@@ -26,7 +26,8 @@ TARGET = '#8C8C8C'
 def options(curve: Curve, marked: list[Stretch], goal: Goal | None, span: tuple[float, float],
             dark: bool) -> dict[str, Any]:
     """The chart of a curve and of what interrupts it, over a span of arc length [m]."""
-    axis = {'type': 'value', 'nameLocation': 'middle', 'nameTextStyle': {'color': INK[dark], 'fontSize': 14},
+    axis = {'type': 'value', 'nameLocation': 'middle',
+            'nameTextStyle': {'color': INK[dark], 'fontSize': 14},
             'axisLabel': {'color': INK[dark], 'fontSize': 14, 'showMaxLabel': False},
             'axisLine': {'lineStyle': {'color': INK[dark]}},
             'splitLine': {'lineStyle': {'color': GRID[dark]}}}

@@ -7,6 +7,7 @@ else's in the same browser, and other users of this computer, who may look but n
 
 from __future__ import annotations
 
+import re
 import secrets
 from typing import Any
 from urllib.parse import parse_qs
@@ -15,7 +16,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-HOSTS = {'127.0.0.1', 'localhost'}  # at any port: a tunnel may change it
+HOSTS = re.compile(r'(127\.0\.0\.1|localhost)(:\d{1,5})?')  # any port: a tunnel may change it
 CLOSE_REFUSED = 1008  # RFC 6455: the endpoint received what violates its policy
 # The library writes scripts and styles into the page and compiles its templates there; but
 # whatever it does, nothing is asked of another host, and no other page may hold this one.
@@ -61,8 +62,8 @@ class Guard:
         """Why a request is refused; None if it is not."""
         headers = Headers(scope=scope)
         host = headers.get('host', '')
-        if host.rpartition(':')[0] not in HOSTS and host not in HOSTS:
-            return f'expected to be asked as {" or ".join(sorted(HOSTS))}, found another host'
+        if not HOSTS.fullmatch(host):
+            return 'expected to be asked as 127.0.0.1 or localhost, found another host'
         origin = headers.get('origin')
         if origin is not None and origin not in (f'http://{host}', f'https://{host}'):
             return 'expected a request from this page, found one from another'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from pathlib import Path
 import socket
 from threading import Thread
@@ -18,7 +19,7 @@ from bpc_perception.page.guard import allows, Guard, tokens
 from bpc_perception.page.view import View
 
 HOST = '127.0.0.1'
-CONNECT_PATIENCE = 60.0  # for a browser to connect after it asked for the page [s]
+PATIENCE = 60.0  # for a browser that asked for the page to connect, and to answer [s]
 ACT_PATIENCE = 20.0  # for what a button does [s]
 END_PATIENCE = 1.0  # for browsers, when the server ends [s]
 TICK = 1.0  # in which ages are told anew [s]
@@ -105,11 +106,12 @@ class PageServer:
         view = View(self._board, self._act if acting else None)
         ui.timer(TICK, view.refresh)
         client.on_delete(lambda: self._leave(client.id))
-        await client.connected(CONNECT_PATIENCE)
-        self._views[client.id] = view
-        self._on_watchers(len(self._views))
-        view.dark = bool(await ui.run_javascript('Quasar.Dark.isActive'))
-        view.refresh()
+        with suppress(TimeoutError, asyncio.TimeoutError):  # who asked has gone
+            await client.connected(PATIENCE)
+            self._views[client.id] = view
+            self._on_watchers(len(self._views))
+            view.dark = bool(await ui.run_javascript('Quasar.Dark.isActive', timeout=PATIENCE))
+            view.refresh()
 
     def _leave(self, client_id: str) -> None:
         if self._views.pop(client_id, None) is not None:

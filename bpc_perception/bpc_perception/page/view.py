@@ -42,16 +42,18 @@ class View:
         self._shown_overlay: object = None
         self._shown_events: object = None
         self._shown_nodes: object = None
+        ui.colors(primary=COLOURS[Status.MEASURED])
         with ui.element('main').classes('board'):
             self._make_top()
             self._make_advice()
             self._make_numbers()
             self._make_chart()
             self._make_overlay()
-            with _card('nodes', 'Nodes'):
-                self._nodes = ui.element('div').classes('entries')
-            with _card('events', 'Gaps and alarms'):
-                self._events = ui.element('div').classes('entries')
+            with ui.element('div').classes('area-side'):
+                with _card('nodes', 'Nodes'):
+                    self._nodes = ui.element('div').classes('entries')
+                with _card('events', 'Gaps and alarms'):
+                    self._events = ui.element('div').classes('entries')
         self.refresh()
 
     def _make_top(self) -> None:

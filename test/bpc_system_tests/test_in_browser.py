@@ -1,0 +1,275 @@
+"""In a real browser: the live page, what it shows and who may act; and report.html."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import re
+import signal
+import time
+from typing import Any
+from urllib.error import HTTPError, URLError
+from urllib.request import Request, urlopen
+
+from bpc_perception.cli.page import free_port, TOKEN_VARIABLE
+from bpc_perception.cli.processes import Nodes
+from bpc_perception.core.session import Result
+from bpc_perception.overlay import draw_overlay
+from bpc_perception.testing import Graph
+from diagnostic_msgs.msg import DiagnosticStatus
+import pytest
+from selenium.common.exceptions import (
+    ElementClickInterceptedException,
+    NoSuchElementException,
+)
+from selenium.webdriver import Chrome
+from selenium.webdriver.common.by import By
+
+from .browser import asked, complaints, DESKTOP, PHONE, show_as
+from .command_line import running
+from .ros_graph import own_domain, PATIENCE
+from .sample_print import Printer, sample_results
+
+pytestmark = [pytest.mark.system, pytest.mark.ros]
+
+TOKEN = 'a-token-of-the-tests'
+LOOPBACK = {'127.0.0.1', ''}  # '': data within the page
+
+
+@dataclass
+class Stage:
+    """A printer, the page that shows it, and who looks at it."""
+
+    graph: Graph
+    printer: Printer
+    nodes: Nodes
+    port: int
+    results: list[Result]
+    driver: Chrome
+
+    def address(self, token: str | None = TOKEN) -> str:
+        """Of the page."""
+        return f'http://127.0.0.1:{self.port}/' + (f'?token={token}' if token else '')
+
+    def wait(self, condition: Callable[[], Any]) -> None:
+        """Spin the printer until the condition holds."""
+        self.graph.spin_until(condition, PATIENCE)
+
+    def text(self, selector: str) -> str:
+        """What elements of the page say."""
+        return '\n'.join(str(element.get_property('innerText')) for element in
+                         self.driver.find_elements(By.CSS_SELECTOR, selector))
+
+    def press(self, selector: str) -> None:
+        """Click, as soon as nothing that moves is in front."""
+        def clicked() -> bool:
+            try:
+                self.driver.find_element(By.CSS_SELECTOR, selector).click()
+            except (ElementClickInterceptedException, NoSuchElementException):
+                return False
+            return True
+
+        self.wait(clicked)
+
+    def open(self, token: str | None = TOKEN) -> None:
+        """Open the page, and wait until it is connected."""
+        self.driver.get(self.address(token))
+        self.wait(lambda: self.driver.execute_script(
+            'return window.did_handshake === true && !!document.querySelector(".headline")'))
+        self.wait(lambda: self.printer.overlays.get_subscription_count() == 1)
+
+    def show(self, capture: int) -> None:
+        """Publish a capture, and wait until the page has it."""
+        self.printer.publish(self.results[capture])
+        self.wait(lambda: self.text('.capture').startswith(f'capture {capture},'))
+
+    def start_page(self) -> None:
+        """Start the page's process, and wait until it listens."""
+        os.environ[TOKEN_VARIABLE] = TOKEN
+        self.nodes.start('bpc_perception.nodes.page', port=self.port)
+        del os.environ[TOKEN_VARIABLE]
+        self.wait(lambda: self.nodes.check() or self.printer.heard)
+
+
+@pytest.fixture(scope='module')
+def stage(browser: Chrome) -> Iterator[Stage]:
+    """A page without a print so far, and a browser that is somewhere else."""
+    with own_domain() as domain, Nodes() as nodes:
+        graph = Graph(domain)
+        try:
+            made = Stage(graph, Printer(graph), nodes, free_port(0), sample_results(), browser)
+            made.start_page()
+            yield made
+        finally:
+            browser.get('about:blank')
+            graph.close()
+
+
+def refused(request: Request | str) -> tuple[int, str]:
+    """Status and words of an answer that is a refusal."""
+    with pytest.raises(HTTPError) as refusal, urlopen(request, timeout=PATIENCE):
+        pass
+    with refusal.value as error:
+        return error.code, error.read().decode()
+
+
+def answers(address: str) -> bool:
+    """Whether a page is served there by now."""
+    try:
+        with urlopen(address, timeout=PATIENCE) as answer:
+            return int(answer.status) == 200
+    except URLError:
+        return False
+
+
+def test_a_wrong_token_is_refused(stage: Stage) -> None:
+    for token in ('wrong', '%20', TOKEN + 'x'):
+        status, words = refused(stage.address(token))
+        assert status == 403
+        assert TOKEN not in words
+
+
+@pytest.mark.parametrize(('header', 'value'), [
+    ('Host', 'evil.example'), ('Host', f'{TOKEN}.example:80'),
+    ('Origin', 'http://evil.example'), ('Origin', 'null')])
+def test_who_comes_by_another_name_is_refused(stage: Stage, header: str, value: str) -> None:
+    for path in ('', '_nicegui_ws/socket.io/?EIO=4&transport=polling', 'overlay.jpg'):
+        request = Request(stage.address(None) + path, headers={header: value})
+        assert refused(request)[0] == 403
+
+
+def test_it_is_to_be_had_on_loopback_only(stage: Stage) -> None:
+    with open('/proc/net/tcp', encoding='ascii') as file:
+        listening = [line.split()[1] for line in file if line.split()[3] == '0A']
+    ours = [local for local in listening if int(local.split(':')[1], 16) == stage.port]
+    assert ours == [f'0100007F:{stage.port:04X}']
+
+
+def test_nobody_listens_to_the_overlay_while_nobody_looks(stage: Stage) -> None:
+    assert stage.printer.overlays.get_subscription_count() == 0
+    stage.printer.publish(stage.results[1])
+    stage.open()
+    # What was measured before somebody came to look is there all the same.
+    stage.wait(lambda: stage.text('.capture').startswith('capture 1,'))
+
+
+def test_a_print_is_shown(stage: Stage) -> None:
+    stage.show(3)
+    profile, advice = stage.results[3].profile, stage.results[3].advice
+    assert profile is not None
+    assert advice is not None
+    assert stage.text('.print') == profile.print_id
+    assert stage.text('.headline') == f'flow × {advice.flow_rate_scale:.2f}'
+    assert stage.text('.reason') == 'the filament is too thick'
+    assert f'{profile.summary.thickness_mean * 1e3:.2f}' in stage.text('.area-numbers')
+    assert stage.text('.area-events').count('gap of') == 3
+    stage.wait(lambda: stage.text('.age').endswith('s old'))
+    drawn = stage.driver.execute_script(
+        'const chart = document.querySelector(".chart");'
+        'return getElement(Number(chart.id.slice(1))).chart.getOption().series')
+    series = {each['name']: each['data'] for each in drawn}
+    assert len(series['thickness']) == len(profile)
+    assert series['target'][0][1] == 2.0
+    stage.wait(lambda: stage.driver.execute_script(
+        'return document.querySelector(".overlay img")?.naturalWidth')
+               == draw_overlay(stage.results[3]).shape[1])
+
+
+def test_a_new_capture_is_shown_to_all_who_look(
+        stage: Stage, record_property: Callable[[str, object], None]) -> None:
+    first = stage.driver.current_window_handle
+    stage.driver.switch_to.new_window('tab')
+    stage.driver.get(stage.address(None))
+    stage.wait(lambda: stage.text('.capture').startswith('capture 3,'))
+    show_as(stage.driver, PHONE)
+    wide = stage.driver.execute_script('return document.documentElement.scrollWidth')
+    assert wide <= PHONE[0]  # nothing has to be scrolled to the side
+    sent = time.monotonic()
+    stage.show(4)
+    record_property('profile to page [s]', time.monotonic() - sent)
+    stage.driver.close()
+    stage.driver.switch_to.window(first)
+    stage.wait(lambda: stage.text('.capture').startswith('capture 4,'))
+    assert stage.text('.headline').startswith('flow')
+
+
+def test_without_a_token_there_are_no_buttons(stage: Stage) -> None:
+    stage.driver.get(stage.address(None))
+    stage.wait(lambda: stage.text('.capture').startswith('capture 4,'))
+    assert stage.driver.find_elements(By.CSS_SELECTOR, 'button') == []
+
+
+def test_buttons_do_what_they_say(stage: Stage) -> None:
+    stage.open()
+    for name in ('capture', 'start', 'stop', 'save'):
+        stage.press(f'.action-{name}')
+        if name == 'stop':
+            stage.wait(lambda: stage.text('.sure'))
+            assert stage.printer.called[-1] == 'path_recorder/start'  # it is asked first
+            stage.press('.sure')
+        stage.wait(lambda name=name: f'{name} done' in stage.text('.outcome'))
+    assert stage.printer.called == ['capture', 'path_recorder/start', 'path_recorder/stop',
+                                    'path_recorder/save']
+
+
+def test_nodes_that_warn_and_nodes_that_are_silent_are_seen(stage: Stage) -> None:
+    stage.printer.say('thickness', DiagnosticStatus.WARN, 'pose: <b>too late</b>')
+    stage.wait(lambda: 'thickness\n' in stage.text('.entry.warn .name') + '\n')
+    assert 'pose: <b>too late</b>' in stage.text('.area-events')  # as text, not as markup
+    assert 'not heard yet' in stage.text('.area-nodes')  # the path recorder
+    stage.wait(lambda: 'silent for' in stage.text('.area-nodes'))
+
+
+def test_it_asks_nobody_else_and_has_no_complaints(stage: Stage) -> None:
+    hosts = asked(stage.driver)
+    assert '127.0.0.1' in hosts
+    assert hosts <= LOOPBACK
+    assert complaints(stage.driver) == []
+
+
+def test_a_page_that_was_restarted_is_found_again(stage: Stage) -> None:
+    os.kill(stage.nodes.pid('page'), signal.SIGTERM)
+    stage.wait(lambda: stage.nodes.ended('page'))
+    stage.wait(lambda: stage.driver.execute_script(
+        'return document.getElementById("popup").ariaHidden') == 'false')
+    stage.start_page()
+    stage.wait(lambda: stage.text('.headline') == 'no advice yet')
+    stage.wait(lambda: stage.printer.overlays.get_subscription_count() == 1)
+    stage.show(2)
+    complaints(stage.driver)  # of the connection that was lost
+
+
+def test_the_simulated_printer_has_one(browser: Chrome, ros_domain: int) -> None:
+    assert ros_domain
+    with running('sim', '--page', '--scenario', 'line', '--rate', 2) as sim:
+        assert sim.stdout is not None
+        address = next(found[0] for line in sim.stdout
+                       if (found := re.findall(r'http://127\.0\.0\.1:\S+', line)))
+        end = time.monotonic() + PATIENCE
+        while not answers(address):
+            assert time.monotonic() < end
+        browser.get(address)
+        while not (shown := browser.execute_script(
+                'return document.querySelector(".capture")?.innerText')):
+            assert time.monotonic() < end
+        assert re.fullmatch(r'capture \d+, \d+ mm of path', shown)
+        browser.get('about:blank')
+    assert complaints(browser) == []
+
+
+def test_report_opens_without_a_network(measured_sample: Path, browser: Chrome) -> None:
+    for before in (asked, complaints):
+        before(browser)
+    browser.get((measured_sample / 'report.html').as_uri())
+    assert 'mm' in browser.execute_script('return document.body.innerText')
+    pictures = browser.execute_script(
+        'return [...document.images].map(image => image.complete && image.naturalWidth > 0)')
+    assert all(pictures)
+    # Its figures are drawn by scripts, which the report brings along.
+    assert browser.execute_script('return document.querySelectorAll("svg, canvas").length') > 0
+    show_as(browser, PHONE)
+    show_as(browser, DESKTOP)
+    assert asked(browser) == {''}
+    assert complaints(browser) == []
