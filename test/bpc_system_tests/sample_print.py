@@ -8,7 +8,7 @@ from typing import Any
 
 from bpc_perception.bag import Bag
 from bpc_perception.conversions import advice_to_message, profile_to_message
-from bpc_perception.core.config import BASE, RecorderConfig, ThicknessConfig
+from bpc_perception.core.config import BASE, flatten, RecorderConfig, ThicknessConfig
 from bpc_perception.core.session import Result
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.offline import measure_bag
@@ -16,6 +16,8 @@ from bpc_perception.parameter_files import configure
 from bpc_perception.testing import Graph
 from bpc_perception.view_messages import overlay_message
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
@@ -28,13 +30,16 @@ from .command_line import SAMPLE
 LIFETIME_NS = 60 * 10**9  # of advice, so that it holds however slow the machine is
 
 
+def settings() -> ThicknessConfig:
+    """Of the thickness node, as in the sample recording."""
+    return configure(ThicknessConfig(), 'thickness', SAMPLE / 'params.yaml')
+
+
 def sample_results() -> list[Result]:
     """Every capture of the sample print, measured."""
-    parameters = SAMPLE / 'params.yaml'
     return list(measure_bag(
-        Bag(SAMPLE), load_hand_eye(SAMPLE / 'hand_eye.calib'),
-        configure(ThicknessConfig(), 'thickness', parameters),
-        configure(RecorderConfig(), 'path_recorder', parameters)))
+        Bag(SAMPLE), load_hand_eye(SAMPLE / 'hand_eye.calib'), settings(),
+        configure(RecorderConfig(), 'path_recorder', SAMPLE / 'params.yaml')))
 
 
 class Printer:
@@ -56,6 +61,7 @@ class Printer:
         for name in ('capture', 'path_recorder/start', 'path_recorder/stop',
                      'path_recorder/save'):
             node.create_service(Trigger, name, self._answering(name))
+        node.create_service(GetParameters, 'thickness/get_parameters', _tell_settings)
 
     @property
     def heard(self) -> bool:
@@ -85,3 +91,16 @@ class Printer:
             response.success, response.message = True, f'{name} done'
             return response
         return answer
+
+
+def _tell_settings(request: GetParameters.Request,
+                   response: GetParameters.Response) -> GetParameters.Response:
+    """Answer as the thickness node does, which has numbers and words."""
+    values = {name: value for name, _, value in flatten(settings())}
+    for name in request.names:
+        value = values[name]
+        response.values.append(
+            ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=value)
+            if isinstance(value, str) else
+            ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=value))
+    return response

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 import os
 from pathlib import Path
 import re
@@ -13,98 +12,27 @@ from typing import Any
 from urllib.error import HTTPError, URLError
 from urllib.request import Request, urlopen
 
-from bpc_perception.cli.page import free_port, TOKEN_VARIABLE
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.core.session import Result
 from bpc_perception.overlay import draw_overlay
-from bpc_perception.testing import Graph
 from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
-from selenium.common.exceptions import (
-    ElementClickInterceptedException,
-    NoSuchElementException,
-)
 from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
 
 from .browser import asked, complaints, DESKTOP, PHONE, show_as
 from .command_line import running
-from .ros_graph import own_domain, PATIENCE
-from .sample_print import Printer, sample_results
+from .page_stage import Stage, staged, TOKEN
+from .ros_graph import PATIENCE
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 
-TOKEN = 'a-token-of-the-tests'
 LOOPBACK = {'127.0.0.1', ''}  # '': data within the page
-
-
-@dataclass
-class Stage:
-    """A printer, the page that shows it, and who looks at it."""
-
-    graph: Graph
-    printer: Printer
-    nodes: Nodes
-    port: int
-    results: list[Result]
-    driver: Chrome
-
-    def address(self, token: str | None = TOKEN) -> str:
-        """Of the page."""
-        return f'http://127.0.0.1:{self.port}/' + (f'?token={token}' if token else '')
-
-    def wait(self, condition: Callable[[], Any]) -> None:
-        """Spin the printer until the condition holds."""
-        self.graph.spin_until(condition, PATIENCE)
-
-    def text(self, selector: str) -> str:
-        """What elements of the page say."""
-        return '\n'.join(str(element.get_property('innerText')) for element in
-                         self.driver.find_elements(By.CSS_SELECTOR, selector))
-
-    def press(self, selector: str) -> None:
-        """Click, as soon as nothing that moves is in front."""
-        def clicked() -> bool:
-            try:
-                self.driver.find_element(By.CSS_SELECTOR, selector).click()
-            except (ElementClickInterceptedException, NoSuchElementException):
-                return False
-            return True
-
-        self.wait(clicked)
-
-    def open(self, token: str | None = TOKEN) -> None:
-        """Open the page, and wait until it is connected."""
-        self.driver.get(self.address(token))
-        self.wait(lambda: self.driver.execute_script(
-            'return window.did_handshake === true && !!document.querySelector(".headline")'))
-        self.wait(lambda: self.printer.overlays.get_subscription_count() == 1)
-
-    def show(self, capture: int) -> None:
-        """Publish a capture, and wait until the page has it."""
-        self.printer.publish(self.results[capture])
-        self.wait(lambda: self.text('.capture').startswith(f'capture {capture},'))
-
-    def start_page(self) -> None:
-        """Start the page's process, and wait until it listens."""
-        os.environ[TOKEN_VARIABLE] = TOKEN
-        self.nodes.start('bpc_perception.nodes.page', port=self.port)
-        del os.environ[TOKEN_VARIABLE]
-        self.wait(lambda: self.nodes.check() or self.printer.heard)
 
 
 @pytest.fixture(scope='module')
 def stage(browser: Chrome) -> Iterator[Stage]:
     """A page without a print so far, and a browser that is somewhere else."""
-    with own_domain() as domain, Nodes() as nodes:
-        graph = Graph(domain)
-        try:
-            made = Stage(graph, Printer(graph), nodes, free_port(0), sample_results(), browser)
-            made.start_page()
-            yield made
-        finally:
-            browser.get('about:blank')
-            graph.close()
+    with staged(browser) as made:
+        yield made
 
 
 def refused(request: Request | str) -> tuple[int, str]:
@@ -122,6 +50,14 @@ def answers(address: str) -> bool:
             return int(answer.status) == 200
     except URLError:
         return False
+
+
+def drawn(stage: Stage) -> dict[str, Any]:
+    """The points of each curve in the chart, by name."""
+    series = stage.driver.execute_script(
+        'const chart = document.querySelector(".chart");'
+        'return getElement(Number(chart.id.slice(1))).chart.getOption()?.series ?? []')
+    return {each['name']: each['data'] for each in series}
 
 
 def test_a_wrong_token_is_refused(stage: Stage) -> None:
@@ -166,12 +102,11 @@ def test_a_print_is_shown(stage: Stage) -> None:
     assert f'{profile.summary.thickness_mean * 1e3:.2f}' in stage.text('.area-numbers')
     assert stage.text('.area-events').count('gap of') == 3
     stage.wait(lambda: stage.text('.age').endswith('s old'))
-    drawn = stage.driver.execute_script(
-        'const chart = document.querySelector(".chart");'
-        'return getElement(Number(chart.id.slice(1))).chart.getOption().series')
-    series = {each['name']: each['data'] for each in drawn}
+    stage.wait(lambda: 'dead band height' in drawn(stage))
+    series = drawn(stage)
     assert len(series['thickness']) == len(profile)
     assert series['target'][0][1] == 2.0
+    assert series['dead band height'][0][1] == 0.08  # 2 % to either side
     stage.wait(lambda: stage.driver.execute_script(
         'return document.querySelector(".overlay img")?.naturalWidth')
                == draw_overlay(stage.results[3]).shape[1])

@@ -76,7 +76,7 @@ class Overlay:
 
 @dataclass(frozen=True)
 class Goal:
-    """The thickness wanted along the path, and by how much it may be missed, as a share of it."""
+    """The thickness wanted along the path, and the share by which it may be missed."""
 
     targets: WidthTargets
     dead_band: float

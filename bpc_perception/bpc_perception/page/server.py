@@ -22,6 +22,7 @@ HOST = '127.0.0.1'
 PATIENCE = 60.0  # for a browser that asked for the page to connect, and to answer [s]
 ACT_PATIENCE = 20.0  # for what a button does [s]
 END_PATIENCE = 1.0  # for browsers, when the server ends [s]
+RECONNECT_PATIENCE = 10.0  # for a browser whose connection is lost [s]
 TICK = 1.0  # in which ages are told anew [s]
 STYLE = Path(__file__).with_name('page.css')
 
@@ -94,7 +95,8 @@ class PageServer:
                             headers={'Cache-Control': 'no-store'})
 
         ui.page('/', title='bpc', favicon=ICON)(self._serve)
-        ui.run_with(app, dark=None, tailwind=False, show_welcome_message=False)
+        ui.run_with(app, dark=None, tailwind=False, show_welcome_message=False,
+                    reconnect_timeout=RECONNECT_PATIENCE)
         return Guard(app, self._token)
 
     async def _serve(self, request: Request, client: Client) -> None:

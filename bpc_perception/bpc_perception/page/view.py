@@ -166,26 +166,29 @@ class View:
         self._known.set_text(in_percent(summary.coverage, '.0%'))
         self._gaps.set_text(in_mm(summary.gap_length, 1))
         start = max(0.0, length - NEWEST) if self._close.value else 0.0
-        marked = stretches(profile, start)
+        marked, goal = stretches(profile, start), self._goal()
         self._chart.options.clear()
         self._chart.options.update(chart.options(
-            thinned(profile, start), marked, self._goal(), (start, max(length, start + 1e-3)),
+            thinned(profile, start), marked, goal, (start, max(length, start + 1e-3)),
             self.dark))
         self._chart.update()
-        self._show_legend({stretch.status for stretch in marked}, profile)
+        self._show_legend({stretch.status for stretch in marked}, profile, goal)
 
     def _goal(self) -> Goal | None:
         """What is wanted; of a thickness node that does not tell, what its advice says."""
         if self._board.goal is not None or self._board.advice is None:
             return self._board.goal
         target = self._board.advice.target_thickness
-        return Goal(WidthTargets.constant(target), 0.0) if target > 0 else None
+        return Goal(WidthTargets.constant(target), math.nan) if target > 0 else None
 
-    def _show_legend(self, statuses: set[Status], profile: ThicknessProfile) -> None:
+    def _show_legend(self, statuses: set[Status], profile: ThicknessProfile,
+                     goal: Goal | None) -> None:
         self._legend.clear()
         with self._legend:
             _key(COLOURS[Status.MEASURED], 'thickness ± sigma')
-            _key(chart.TARGET, 'target and dead band')
+            if goal is not None:
+                _key(chart.TARGET, 'target' if math.isnan(goal.dead_band)
+                     else f'target ± {goal.dead_band:.0%}')
             for status in sorted(statuses):
                 share = np.mean(profile.status == status)
                 _key(COLOURS[status], f'{label(status)} {share:.0%}').tooltip(MEANINGS[status])
