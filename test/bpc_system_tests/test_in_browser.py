@@ -15,11 +15,13 @@ from urllib.request import Request, urlopen
 from bpc_perception.overlay import draw_overlay
 from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
+from selenium.common.exceptions import WebDriverException
 from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
+from selenium.webdriver.support.wait import WebDriverWait
 
 from .browser import asked, complaints, DESKTOP, PHONE, show_as
-from .command_line import running
+from .command_line import running, SAMPLE
 from .page_stage import Stage, staged, TOKEN
 from .ros_graph import PATIENCE
 
@@ -176,20 +178,23 @@ def test_a_page_that_was_restarted_is_found_again(stage: Stage) -> None:
     complaints(stage.driver)  # of the connection that was lost
 
 
-def test_the_simulated_printer_has_one(browser: Chrome, ros_domain: int) -> None:
+def test_it_acts_on_a_live_print(browser: Chrome, ros_domain: int) -> None:
     assert ros_domain
-    with running('sim', '--page', '--scenario', 'line', '--rate', 2) as sim:
-        assert sim.stdout is not None
-        address = next(found[0] for line in sim.stdout
+    with running('live', '--page', '--handeye', SAMPLE / 'hand_eye.calib',
+                 '--params', SAMPLE / 'params.yaml') as live:
+        assert live.stdout is not None
+        address = next(found[0] for line in live.stdout
                        if (found := re.findall(r'http://127\.0\.0\.1:\S+', line)))
-        end = time.monotonic() + PATIENCE
-        while not answers(address):
-            assert time.monotonic() < end
+        patience = WebDriverWait(browser, PATIENCE, ignored_exceptions=[WebDriverException])
+        patience.until(lambda _: answers(address))
         browser.get(address)
-        while not (shown := browser.execute_script(
-                'return document.querySelector(".capture")?.innerText')):
-            assert time.monotonic() < end
-        assert re.fullmatch(r'capture \d+, \d+ mm of path', shown)
+        shown = 'return document.querySelector("{}").innerText'
+        patience.until(lambda _: re.fullmatch(
+            r'path_recorder\s+ok\s+thickness\s+ok',
+            browser.execute_script(shown.format('.area-nodes .entries')).strip()))
+        browser.find_element(By.CSS_SELECTOR, '.action-start').click()
+        patience.until(lambda _: re.match(
+            r'Start: \d{8}T\d{6}', browser.execute_script(shown.format('.outcome')).strip()))
         browser.get('about:blank')
     assert complaints(browser) == []
 

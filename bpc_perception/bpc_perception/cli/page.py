@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from bpc_perception.cli.monitor import Monitor
-from bpc_perception.cli.processes import Nodes
+from bpc_perception.cli.processes import NodeError, Nodes
 from bpc_perception.core.config import PageConfig
 
 # As in nodes/page.py, which only those who have NiceGUI can import.
@@ -43,6 +43,10 @@ def serving(page: bool, remappings: Mapping[str, str] | None = None,
         nodes.start('bpc_perception.nodes.page', port=port)
         print(f'page: http://{HOST}:{port}/?token={token}', flush=True)
         yield
+        try:
+            nodes.check()
+        except NodeError as error:
+            print(f'page: {error}')
 
 
 def linger(page: bool, monitor: Monitor) -> None:

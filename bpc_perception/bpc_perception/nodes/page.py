@@ -10,7 +10,6 @@ import secrets
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Image
@@ -25,9 +24,9 @@ from bpc_perception.conversions import (
     stamp_to_ns,
 )
 from bpc_perception.core.config import PageConfig
-from bpc_perception.core.targets import WidthTargets
 from bpc_perception.nodes.clock import on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
+from bpc_perception.nodes.goal_client import GoalClient
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
@@ -38,7 +37,6 @@ TOKEN_VARIABLE = 'BPC_PAGE_TOKEN'  # not a parameter: those anybody in the graph
 SERVICES = {'capture': 'capture', 'start': 'path_recorder/start', 'stop': 'path_recorder/stop',
             'save': 'path_recorder/save'}
 GOAL_PERIOD = 5.0  # in which the target, which may be set anew, is asked for [s]
-GOAL = ('advice.target_thickness', 'advice.target_file', 'advice.dead_band')
 Outcome = tuple[bool, str]
 
 
@@ -65,7 +63,7 @@ class PageNode(Node):
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
         self._buttons = {name: self.create_client(Trigger, service)
                           for name, service in SERVICES.items()}
-        self._thickness_node = self.create_client(GetParameters, 'thickness/get_parameters')
+        self._goal = GoalClient(self, self._on_goal, self._diagnostics.warn)
         self.create_timer(GOAL_PERIOD, self._ask_for_goal, clock=steady_clock())
         self._jump = on_jump_back(self, self._board.clear)
         # What the server's thread wants is done in this node's.
@@ -134,20 +132,11 @@ class PageNode(Node):
         client.call_async(Trigger.Request()).add_done_callback(partial(_pass_on, outcome))
 
     def _ask_for_goal(self) -> None:
-        if self._watchers and self._thickness_node.service_is_ready():
-            request = GetParameters.Request(names=list(GOAL))
-            self._thickness_node.call_async(request).add_done_callback(self._on_goal)
+        if self._watchers:
+            self._goal.ask()
 
-    def _on_goal(self, answered: Any) -> None:
-        thickness, file, dead_band = answered.result().values
-        try:
-            targets = (WidthTargets.read(file.string_value) if file.string_value
-                       else WidthTargets.constant(thickness.double_value))
-        except (OSError, ValueError) as error:
-            self._diagnostics.warn(str(error))
-            return
-        goal = Goal(targets, dead_band.double_value)
-        self._board.goal = goal if (targets.thickness > 0).all() else None
+    def _on_goal(self, goal: Goal | None) -> None:
+        self._board.goal = goal
         self._server.notify()
 
     def destroy_node(self) -> None:

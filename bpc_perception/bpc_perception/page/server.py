@@ -23,6 +23,7 @@ PATIENCE = 60.0  # for a browser that asked for the page to connect, and to answ
 ACT_PATIENCE = 20.0  # for what a button does [s]
 END_PATIENCE = 1.0  # for browsers, when the server ends [s]
 RECONNECT_PATIENCE = 10.0  # for a browser whose connection is lost [s]
+HISTORY = 100  # messages kept for such a browser; who missed more loads the page anew
 TICK = 1.0  # in which ages are told anew [s]
 STYLE = Path(__file__).with_name('page.css')
 
@@ -56,7 +57,8 @@ class PageServer:
             raise OSError(f'port: expected {port} to be free, found: {error.strerror}') from error
         self._server = uvicorn.Server(uvicorn.Config(
             self._make_app(), log_config=None, access_log=False, server_header=False,
-            timeout_graceful_shutdown=round(END_PATIENCE)))
+            timeout_graceful_shutdown=round(END_PATIENCE),
+            ws_per_message_deflate=False))  # which would take longer than this computer's own wire
         self._thread = Thread(target=self._server.run, args=([self._socket],), daemon=True)
         self._thread.start()
 
@@ -96,7 +98,7 @@ class PageServer:
 
         ui.page('/', title='bpc', favicon=ICON)(self._serve)
         ui.run_with(app, dark=None, tailwind=False, show_welcome_message=False,
-                    reconnect_timeout=RECONNECT_PATIENCE)
+                    reconnect_timeout=RECONNECT_PATIENCE, message_history_length=HISTORY)
         return Guard(app, self._token)
 
     async def _serve(self, request: Request, client: Client) -> None:

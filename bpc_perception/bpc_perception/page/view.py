@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable
 import math
 
 from nicegui import ui
@@ -12,7 +11,7 @@ import numpy as np
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.targets import WidthTargets
 from bpc_perception.legend import COLOURS, label, MEANINGS
-from bpc_perception.page import chart
+from bpc_perception.page import chart, elements
 from bpc_perception.page.board import Board, Goal, Level
 from bpc_perception.page.curve import stretches, thinned
 from bpc_perception.page.words import advised, age_in_words, in_mm, in_percent, MM
@@ -38,8 +37,8 @@ class View:
         self._board = board
         self._act = act
         self.dark = False
-        self._drawn: object = None  # what the chart and all of a profile was made of
-        self._shown_overlay: object = None
+        self._drawn: object = ()  # what the chart and all of a profile was made of
+        self._shown_overlay: object = ()
         self._shown_events: object = None
         self._shown_nodes: object = None
         ui.colors(primary=COLOURS[Status.MEASURED])
@@ -50,9 +49,9 @@ class View:
             self._make_chart()
             self._make_overlay()
             with ui.element('div').classes('area-side'):
-                with _card('nodes', 'Nodes'):
+                with elements.card('nodes', 'Nodes'):
                     self._nodes = ui.element('div').classes('entries')
-                with _card('events', 'Gaps and alarms'):
+                with elements.card('events', 'Gaps and alarms'):
                     self._events = ui.element('div').classes('entries')
         self.refresh()
 
@@ -78,15 +77,15 @@ class View:
 
     def _make_numbers(self) -> None:
         with ui.element('section').classes('card area-numbers'):
-            self._thickness = _number('newest thickness', 'mm', 'largest')
-            self._target = _number('target', 'mm')
-            self._deviation = _number('off target', '%')
-            self._mean = _number('mean ± deviation', 'mm')
-            self._known = _number('known', '%')
-            self._gaps = _number('in gaps', 'mm')
+            self._thickness = elements.number('newest thickness', 'mm', 'largest')
+            self._target = elements.number('target', 'mm')
+            self._deviation = elements.number('off target', '%')
+            self._mean = elements.number('mean ± deviation', 'mm')
+            self._known = elements.number('known', '%')
+            self._gaps = elements.number('in gaps', 'mm')
 
     def _make_chart(self) -> None:
-        with _card('chart', 'Thickness along the path') as title:
+        with elements.card('chart', 'Thickness along the path') as title:
             with title:
                 self._close = ui.switch(f'newest {NEWEST * MM:.0f} mm',
                                         on_change=self.refresh).props('dense')
@@ -94,7 +93,7 @@ class View:
             self._legend = ui.element('div').classes('legend')
 
     def _make_overlay(self) -> None:
-        with _card('overlay', 'Camera'):
+        with elements.card('overlay', 'Camera'):
             with ui.link(target='/overlay.jpg', new_tab=True) as self._overlay_link:
                 self._overlay = ui.interactive_image().classes('overlay')
             self._overlay_note = ui.label('The picture comes with the next measured capture.'
@@ -124,15 +123,20 @@ class View:
         board = self._board
         self._show_advice()
         now = (board.profile, board.advice, board.goal, self._close.value, self.dark)
-        if now != self._drawn and board.profile is not None:
+        if now != self._drawn:
             self._drawn = now
-            self._show_profile(board.profile)
-        if board.overlay is not None and board.overlay is not self._shown_overlay:
+            if board.profile is None:
+                self._show_no_profile()
+            else:
+                self._show_profile(board.profile)
+        if board.overlay is not self._shown_overlay:
             self._shown_overlay = board.overlay
-            address = f'/overlay.jpg?capture={board.overlay.stamp_ns}'
-            self._overlay.set_source(address)
-            self._overlay_link.props['href'] = address
-            self._overlay_note.set_visibility(False)
+            if board.overlay is not None:
+                address = f'/overlay.jpg?capture={board.overlay.stamp_ns}'
+                self._overlay.set_source(address)
+                self._overlay_link.props['href'] = address
+            self._overlay_link.set_visibility(board.overlay is not None)
+            self._overlay_note.set_visibility(board.overlay is None)
         if (nodes := board.health()) != self._shown_nodes:
             self._shown_nodes = nodes
             self._show_nodes(nodes)
@@ -148,7 +152,7 @@ class View:
         self._reason.set_text(shown.reason)
         age = '' if advice is None else f'{age_in_words((now_ns - advice.stamp_ns) * 1e-9)} old'
         self._age.set_text(age)
-        _set_tone(self._advice, shown.tone)
+        elements.set_tone(self._advice, shown.tone)
         if advice is None:
             return
         target = advice.target_thickness
@@ -156,6 +160,17 @@ class View:
         self._target.set_text(in_mm(target if target > 0 else math.nan))
         off = advice.measured_thickness / target - 1 if target > 0 else math.nan
         self._deviation.set_text(in_percent(off, '+.1%'))
+
+    def _show_no_profile(self) -> None:
+        """As before a print: a recording that starts again has none yet."""
+        self._print.set_text('')
+        self._capture.set_text('')
+        for number in (self._mean, self._known, self._gaps):
+            number.set_text('–')
+        self._legend.clear()
+        self._chart.options.clear()
+        self._chart.options.update({'series': []})
+        self._chart.update()
 
     def _show_profile(self, profile: ThicknessProfile) -> None:
         summary = profile.summary
@@ -185,13 +200,14 @@ class View:
                      goal: Goal | None) -> None:
         self._legend.clear()
         with self._legend:
-            _key(COLOURS[Status.MEASURED], 'thickness ± sigma')
+            elements.key(COLOURS[Status.MEASURED], 'thickness ± sigma')
             if goal is not None:
-                _key(chart.TARGET, 'target' if math.isnan(goal.dead_band)
+                elements.key(chart.TARGET, 'target' if math.isnan(goal.dead_band)
                      else f'target ± {goal.dead_band:.0%}')
             for status in sorted(statuses):
                 share = np.mean(profile.status == status)
-                _key(COLOURS[status], f'{label(status)} {share:.0%}').tooltip(MEANINGS[status])
+                key = elements.key(COLOURS[status], f'{label(status)} {share:.0%}')
+                key.tooltip(MEANINGS[status])
 
     def _show_nodes(self, nodes: dict[str, tuple[Level, str]]) -> None:
         self._nodes.clear()
@@ -222,35 +238,3 @@ class View:
                 ui.label(f'and {len(gaps) - GAPS} gaps before').classes('quiet')
             if not len(gaps) and not self._board.events:
                 ui.label('none').classes('quiet')
-
-
-@contextmanager
-def _card(area: str, words: str) -> Iterator[ui.element]:
-    """A card with its title, to which more can be added."""
-    with ui.element('section').classes(f'card area-{area}'):
-        with ui.element('div').classes('title') as title:
-            ui.label(words)
-        yield title
-
-
-def _number(words: str, unit: str, size: str = '') -> ui.label:
-    """A number with what it is and its unit."""
-    with ui.element('div').classes(f'number {size}'):
-        ui.label(words).classes('quiet')
-        with ui.element('div'):
-            value = ui.label('–').classes('value')
-            ui.label(unit).classes('unit')
-    return value
-
-
-def _key(colour: str, words: str) -> ui.element:
-    """An entry of the legend."""
-    with ui.element('span').classes('key') as key:
-        ui.element('span').classes('chip').style(f'background: {colour}')
-        ui.label(words)
-    return key
-
-
-def _set_tone(element: ui.element, tone: str) -> None:
-    others = ' '.join(sorted({'good', 'bad', 'old', 'act'} - {tone}))
-    element.classes(add=tone, remove=others)
