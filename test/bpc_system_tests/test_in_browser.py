@@ -193,8 +193,8 @@ def test_it_acts_on_a_live_print(browser: Chrome, ros_domain: int) -> None:
             r'path_recorder\s+ok\s+thickness\s+ok',
             browser.execute_script(shown.format('.area-nodes .entries')).strip()))
         browser.find_element(By.CSS_SELECTOR, '.action-start').click()
-        patience.until(lambda _: re.match(
-            r'Start: \d{8}T\d{6}', browser.execute_script(shown.format('.outcome')).strip()))
+        patience.until(lambda _: re.search(
+            r'Start: \d{8}T\d{6}', browser.execute_script(shown.format('.outcome'))))
         browser.get('about:blank')
     assert complaints(browser) == []
 
