@@ -75,13 +75,10 @@ class Monitor:
         """How many publish a topic."""
         return int(self._node.count_publishers(name))
 
-    def expect_no_other_printer(self, *sources: str) -> None:
-        """Refuse to play a printer where one is: ours would mix with its poses.
-
-        Beside the usual topics look at these others.
-        """
+    def expect_no_other_printer(self) -> None:
+        """Refuse to play a printer where one is: ours would mix with its poses."""
         self.spin_until(lambda: False, DISCOVERY)
-        for name in dict.fromkeys((*topics.PRINT, *sources, *topics.CAMERA)):
+        for name in topics.PRINT | topics.ROBOT | topics.CAMERA:
             count = self.publishers(name)
             if count:
                 raise ValueError(f'{name}: expected no publisher before the start, found {count}; '
