@@ -8,13 +8,13 @@ import importlib.util
 import os
 import secrets
 import socket
-import sys
 from typing import Annotated, Any
 
 import typer
 
 from bpc_perception.cli.monitor import Monitor
 from bpc_perception.cli.processes import NodeError, Nodes
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import PageConfig
 
 # As in nodes/page.py, which only those who have NiceGUI can import.
@@ -26,7 +26,7 @@ PageOption = Annotated[bool, typer.Option(
 
 
 @contextmanager
-def serving(page: bool, remappings: Mapping[str, str] | None = None,
+def serving(page: bool, terminal: Terminal, remappings: Mapping[str, str] | None = None,
             **parameters: Any) -> Iterator[None]:
     """Serve the page, if wanted, as long as the block runs, and say where it is.
 
@@ -41,18 +41,19 @@ def serving(page: bool, remappings: Mapping[str, str] | None = None,
     port = free_port(PageConfig().port)
     with Nodes(None, parameters, remappings) as nodes:
         nodes.start('bpc_perception.nodes.page', port=port)
-        print(f'page: http://{HOST}:{port}/?token={token}', flush=True)
+        address = f'http://{HOST}:{port}/?token={token}'
+        terminal.tell('page', f'page: {address}', address=address)
         yield
         try:
             nodes.check()
         except NodeError as error:
-            print(f'page: {error}')
+            terminal.warn(f'page: {error}')
 
 
-def linger(page: bool, monitor: Monitor) -> None:
+def linger(page: bool, terminal: Terminal, monitor: Monitor) -> None:
     """Where a person is at a terminal, let the page be looked at until Ctrl-C."""
-    if page and sys.stdout.isatty():
-        print('The print has ended; nodes and page stay until Ctrl-C.')
+    if page and terminal.lively:
+        terminal.say('The print has ended; nodes and page stay until Ctrl-C.')
         monitor.spin_until(lambda: False)
 
 

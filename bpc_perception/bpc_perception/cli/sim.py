@@ -12,9 +12,10 @@ import yaml
 
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
-from bpc_perception.cli.options import SeparateOption
+from bpc_perception.cli.options import JsonOption, QuietOption, SeparateOption
 from bpc_perception.cli.page import linger, PageOption, serving
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import AdviceConfig, CameraConfig
 
 START_DELAY = 6.0  # until all nodes have found each other [s]
@@ -41,6 +42,8 @@ def sim(
     seed: Annotated[int, typer.Option(help='In a closed loop: which printer.')] = 0,
     separate: SeparateOption = False,
     page: PageOption = False,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Print on the synthetic printer, measured live, in an open or a closed loop."""
     # The simulator is a package of its own, needed by this command only.
@@ -48,6 +51,7 @@ def sim(
     from bpc_sim.sample import record as record_print
     from bpc_sim.situations import SITUATIONS
 
+    terminal = Terminal(quiet, json_lines)
     if not 0.1 <= speed <= 500:
         raise ValueError(f'speed: expected 0.1 to 500 mm/s, found {speed:g}')
     rate = (1.0 if closed_loop else 0.5) if rate is None else rate
@@ -63,26 +67,28 @@ def sim(
             raise ValueError(f'scenario: expected one of {", ".join(SITUATIONS)}, '
                              f'found {scenario!r}')
         config = SimConfig(situation=scenario, speed=speed * 1e-3, seed=seed)
-        print_closed_loop(config, actuator, rate, page)
+        print_closed_loop(config, actuator, rate, page, terminal)
         return
     config = SimConfig(scenario=scenario or 'spiral_gaps', speed=speed * 1e-3)
     AdviceConfig(target_thickness=target * 1e-3)
     if record is not None:
-        record_print(config.job(), record, 1 / rate, target * 1e-3)
-        print(record)
+        with terminal.progress('record', None) as advance:
+            record_print(config.job(), record, 1 / rate, target * 1e-3, advance)
+        terminal.files([record])
         return
-    print_open_loop(config, rate, target * 1e-3, separate, page)
+    print_open_loop(config, rate, target * 1e-3, separate, page, terminal)
 
 
 def print_open_loop(config: Any, rate: float, target: float, separate: bool,
-                    page: bool) -> None:
+                    page: bool, terminal: Terminal) -> None:
     """Print as planned, and look on; target [m]."""
     from bpc_sim.sample import hand_eye, parameters
 
     job = config.job()
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), hand_eye(job), parameters(job, target))
-        with monitoring(keep=1) as monitor, Nodes(settings) as nodes, serving(page):
+        with (monitoring(terminal, keep=1) as monitor, Nodes(settings) as nodes,
+              serving(page, terminal)):
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': config.scenario, 'speed': config.speed,
@@ -92,7 +98,7 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool,
                                   calibration_in(settings), separate)
             nodes.start('bpc_sim.nodes.robot', **common)
             nodes.start('bpc_sim.nodes.extruder', **common)
-            announce(job, config)
+            announce(job, config, terminal)
             end_ns = start_ns + round(job.duration * 1e9)
 
             def complete() -> bool:
@@ -102,10 +108,11 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool,
             if not monitor.spin_until(complete, START_DELAY + job.duration + 10 + 2 / rate):
                 raise ValueError('expected a profile after the end of the print, found none; '
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
-            linger(page, monitor)
+            linger(page, terminal, monitor)
 
 
-def print_closed_loop(config: Any, actuator: str, rate: float, page: bool) -> None:
+def print_closed_loop(config: Any, actuator: str, rate: float, page: bool,
+                      terminal: Terminal) -> None:
     """Print with what goes wrong, and with a controller that follows the advice."""
     from bpc_sim.closed_loop_live import loop_hand_eye, loop_parameters, report
     from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
@@ -115,7 +122,8 @@ def print_closed_loop(config: Any, actuator: str, rate: float, page: bool) -> No
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
-        with monitoring() as monitor, Nodes(settings) as nodes, serving(page):
+        with (monitoring(terminal) as monitor, Nodes(settings) as nodes,
+              serving(page, terminal)):
             monitor.expect_no_other_printer()
             common = {'situation': config.situation, 'seed': config.seed, 'speed': config.speed}
             nodes.start('bpc_perception.nodes.path_recorder')
@@ -135,20 +143,23 @@ def print_closed_loop(config: Any, actuator: str, rate: float, page: bool) -> No
             # The print starts when the printer does.
             nodes.start('bpc_sim.nodes.printer', start_time_ns=time.time_ns() + round(
                 START_DELAY / 2 * 1e9), **common)
-            announce(job, config)
+            announce(job, config, terminal)
             # The speed may halve, and then there are captures no more where the camera is lost.
             patience = START_DELAY + 2 * job.duration + 10
 
             def complete() -> bool:
                 nodes.check()
-                return len(monitor.profiles) > 0 and bool(
-                    list(monitor.profiles.values())[-1].arc_length[-1] > job.length - AT_END)
+                # By place: arc length counts from where the recorder first heard of the print.
+                last = list(monitor.profiles.values())[-1:]
+                return any(bool(print_.nearest(profile.points[-1]) > job.length - AT_END)
+                           for profile in last if len(profile))
 
             if not monitor.spin_until(complete, patience) and not monitor.profiles:
                 raise ValueError('expected profiles, found none; '
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
-            print(report(print_, list(monitor.profiles.values())[-1], actuator, rate))
-            linger(page, monitor)
+            text = report(print_, list(monitor.profiles.values())[-1], actuator, rate)
+            terminal.tell('report', text, text=text)
+            linger(page, terminal, monitor)
 
 
 def write_settings(folder: Path, hand_eye: dict[str, object],
@@ -165,7 +176,7 @@ def calibration_in(settings: Path) -> dict[str, str]:
     return {'hand_eye_file': str(settings.with_name('hand_eye.calib'))}
 
 
-def announce(job: Any, config: Any) -> None:
+def announce(job: Any, config: Any, terminal: Terminal) -> None:
     """Say how long it takes."""
-    print(f'{job.length * 1e3:.0f} mm at {config.speed * 1e3:g} mm/s: '
-          f'{job.duration + START_DELAY:.0f} s; Ctrl-C ends.')
+    terminal.say(f'{job.length * 1e3:.0f} mm at {config.speed * 1e3:g} mm/s: '
+                 f'{job.duration + START_DELAY:.0f} s; Ctrl-C ends.')
