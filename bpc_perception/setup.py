@@ -35,6 +35,8 @@ setup(
     ],
     install_requires=['setuptools'],
     extras_require={
+        'batch': ['distributed', 'pyarrow'],
+        'figures': ['matplotlib'],
         'page': ['nicegui'],
         'test': ['pytest'],  # tells `colcon test` to run pytest
     },

@@ -50,8 +50,8 @@ def demo(
     root = Path(os.environ.get('BPC_ROOT', '.'))
     Terminal(quiet, json_lines).say(
         'A spiral of 174 mm is printed in one minute; the camera looks every 12 s.')
-    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, page=page, figures=figures, quiet=quiet,
-           json_lines=json_lines)
+    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, figures=figures, page=page,
+           quiet=quiet, json_lines=json_lines)
 
 
 def replay(

@@ -67,7 +67,7 @@ def sim(
             raise ValueError(f'scenario: expected one of {", ".join(SITUATIONS)}, '
                              f'found {scenario!r}')
         config = SimConfig(situation=scenario, speed=speed * 1e-3, seed=seed)
-        print_closed_loop(config, actuator, rate, page, terminal)
+        print_closed_loop(config, actuator, rate, terminal, page)
         return
     config = SimConfig(scenario=scenario or 'spiral_gaps', speed=speed * 1e-3)
     AdviceConfig(target_thickness=target * 1e-3)
@@ -76,11 +76,11 @@ def sim(
             record_print(config.job(), record, 1 / rate, target * 1e-3, advance)
         terminal.files([record])
         return
-    print_open_loop(config, rate, target * 1e-3, separate, page, terminal)
+    print_open_loop(config, rate, target * 1e-3, separate, terminal, page)
 
 
 def print_open_loop(config: Any, rate: float, target: float, separate: bool,
-                    page: bool, terminal: Terminal) -> None:
+                    terminal: Terminal, page: bool) -> None:
     """Print as planned, and look on; target [m]."""
     from bpc_sim.sample import hand_eye, parameters
 
@@ -111,8 +111,8 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool,
             linger(page, terminal, monitor)
 
 
-def print_closed_loop(config: Any, actuator: str, rate: float, page: bool,
-                      terminal: Terminal) -> None:
+def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Terminal,
+                      page: bool) -> None:
     """Print with what goes wrong, and with a controller that follows the advice."""
     from bpc_sim.closed_loop_live import loop_hand_eye, loop_parameters, report
     from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
