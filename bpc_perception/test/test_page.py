@@ -115,6 +115,10 @@ def test_expired_advice_tells_what_it_was() -> None:
     assert advised(advice(Reason.OVER_EXTRUSION), 6 * 10**9).otherwise == 'was: flow × 0.83'
 
 
+def test_an_alarm_says_what_it_is() -> None:
+    assert advised(advice(Reason.GAP_DETECTED, valid=False), 0).otherwise == 'gap detected'
+
+
 def test_what_is_not_known_is_no_number() -> None:
     assert in_mm(math.nan) == '–'
     assert in_mm(2.004e-3) == '2.00'

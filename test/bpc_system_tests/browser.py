@@ -57,10 +57,13 @@ def show_as(driver: webdriver.Chrome, size: tuple[int, int], dark: bool = False)
         {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}]})
 
 
-def complaints(driver: webdriver.Chrome) -> list[str]:
-    """What the console has said since the last call that is more than information."""
+def errors(driver: webdriver.Chrome) -> list[str]:
+    """The errors in the console since the last call.
+
+    Not its warnings: how slow a drawing is without a graphics card does not matter here.
+    """
     return [entry['message'] for entry in driver.get_log('browser')
-            if entry['level'] in ('WARNING', 'SEVERE')]
+            if entry['level'] == 'SEVERE']
 
 
 def asked(driver: webdriver.Chrome) -> set[str]:

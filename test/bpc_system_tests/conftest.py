@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 import os
 from pathlib import Path
+from typing import Any
 
 from bpc_perception.cli.processes import TRANSPORT, TRANSPORT_VARIABLES
 import pytest
-from selenium.webdriver import Chrome
 
 from . import browser as browsers
 from . import command_line
@@ -48,8 +48,9 @@ def short_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope='module')
-def browser() -> Iterator[Chrome]:
+def browser() -> Iterator[Any]:
     """A browser for the tests of a file."""
+
     if lacking := browsers.missing():
         if browsers.required():
             pytest.fail(lacking)

@@ -20,7 +20,7 @@ from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
-from .browser import asked, complaints, DESKTOP, PHONE, show_as
+from .browser import asked, DESKTOP, errors, PHONE, show_as
 from .command_line import running, SAMPLE
 from .page_stage import Stage, staged, TOKEN
 from .ros_graph import PATIENCE
@@ -159,11 +159,11 @@ def test_nodes_that_warn_and_nodes_that_are_silent_are_seen(stage: Stage) -> Non
     stage.wait(lambda: 'silent for' in stage.text('.area-nodes'))
 
 
-def test_it_asks_nobody_else_and_has_no_complaints(stage: Stage) -> None:
+def test_it_asks_nobody_else_and_has_no_errors(stage: Stage) -> None:
     hosts = asked(stage.driver)
     assert '127.0.0.1' in hosts
     assert hosts <= LOOPBACK
-    assert complaints(stage.driver) == []
+    assert errors(stage.driver) == []
 
 
 def test_a_page_that_was_restarted_is_found_again(stage: Stage) -> None:
@@ -175,7 +175,7 @@ def test_a_page_that_was_restarted_is_found_again(stage: Stage) -> None:
     stage.wait(lambda: stage.text('.headline') == 'no advice yet')
     stage.wait(lambda: stage.printer.overlays.get_subscription_count() == 1)
     stage.show(2)
-    complaints(stage.driver)  # of the connection that was lost
+    errors(stage.driver)  # of the connection that was lost
 
 
 def test_it_acts_on_a_live_print(browser: Chrome, ros_domain: int) -> None:
@@ -196,11 +196,11 @@ def test_it_acts_on_a_live_print(browser: Chrome, ros_domain: int) -> None:
         patience.until(lambda _: re.search(
             r'Start: \d{8}T\d{6}', browser.execute_script(shown.format('.outcome'))))
         browser.get('about:blank')
-    assert complaints(browser) == []
+    assert errors(browser) == []
 
 
 def test_report_opens_without_a_network(measured_sample: Path, browser: Chrome) -> None:
-    for before in (asked, complaints):
+    for before in (asked, errors):
         before(browser)
     browser.get((measured_sample / 'report.html').as_uri())
     assert 'mm' in browser.execute_script('return document.body.innerText')
@@ -212,4 +212,4 @@ def test_report_opens_without_a_network(measured_sample: Path, browser: Chrome) 
     show_as(browser, PHONE)
     show_as(browser, DESKTOP)
     assert asked(browser) == {''}
-    assert complaints(browser) == []
+    assert errors(browser) == []

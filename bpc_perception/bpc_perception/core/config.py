@@ -322,7 +322,7 @@ class PageConfig(Config):
     port: Annotated[int, Parameter(
         'Where the page is served on this computer; 0 = any port that is free', '', 0, 65535,
         read_only=True)] = 8770
-    process: ProcessConfig = field(default_factory=lambda: ProcessConfig(niceness=10))
+    process: ProcessConfig = field(default_factory=lambda: ProcessConfig(niceness=5))
 
 
 @dataclass(frozen=True)

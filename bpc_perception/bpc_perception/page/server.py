@@ -23,7 +23,7 @@ PATIENCE = 60.0  # for a browser that asked for the page to connect, and to answ
 ACT_PATIENCE = 20.0  # for what a button does [s]
 END_PATIENCE = 1.0  # for browsers, when the server ends [s]
 RECONNECT_PATIENCE = 10.0  # for a browser whose connection is lost [s]
-HISTORY = 100  # messages kept for such a browser; who missed more loads the page anew
+HISTORY = 300  # messages kept for such a browser; who missed more loads the page anew
 TICK = 1.0  # in which ages are told anew [s]
 STYLE = Path(__file__).with_name('page.css')
 

@@ -29,10 +29,10 @@ def advised(advice: RateAdvice | None, now_ns: int) -> Advised:
     if advice.valid and now_ns > advice.valid_until_ns:
         was = advised(advice, advice.valid_until_ns)
         return Advised('expired', f'was: {was.headline}', 'no newer capture was measured', 'old')
+    if advice.reason in ALARMS:
+        return Advised('alarm', reason, 'change nothing: more rate does not mend it', 'bad')
     if not advice.valid:
-        alarm = advice.reason in ALARMS
-        return Advised('alarm' if alarm else 'change nothing', '', reason,
-                       'bad' if alarm else 'old')
+        return Advised('change nothing', '', reason, 'old')
     if advice.reason == Reason.ON_TARGET:
         return Advised('keep as it is', '', reason, 'good')
     return Advised(f'flow × {advice.flow_rate_scale:.2f}',
