@@ -11,6 +11,7 @@ from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.options import RemapOption, remappings
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.cli.supervision import Supervisor
 from bpc_perception.core.config import CameraConfig, ThicknessConfig
 from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.handeye import load_hand_eye
@@ -50,9 +51,10 @@ def live(
             nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye),
                         back_end=camera)
         print('Waiting for captures; Ctrl-C ends.')
+        supervisor = Supervisor(nodes, monitor.node)
 
         def ended() -> bool:
-            nodes.check()
+            supervisor.check()
             return False
 
         monitor.spin_until(ended, PATIENCE)

@@ -29,6 +29,7 @@ class Monitor:
     """Collects what the thickness node publishes and prints a line a capture.
 
     Attributes:
+        node: that listens.
         profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
             all of them.
         warnings: the distinct warnings in the diagnostics, as far as they are shown.
@@ -37,7 +38,7 @@ class Monitor:
     def __init__(self, node: Node, executor: SingleThreadedExecutor,
                  keep: int | None = None) -> None:
         self._keep = keep
-        self._node = node
+        self.node = node
         self._executor = executor
         self._table = ResultTable()
         self.profiles: dict[int, ThicknessProfile] = {}
@@ -66,7 +67,7 @@ class Monitor:
 
     def publishers(self, name: str) -> int:
         """How many publish a topic."""
-        return int(self._node.count_publishers(name))
+        return int(self.node.count_publishers(name))
 
     def expect_no_other_printer(self) -> None:
         """Refuse to play a printer where one is: ours would mix with its poses."""
@@ -79,7 +80,7 @@ class Monitor:
 
     def sees(self, *names: str) -> bool:
         """Whether nodes of these names are there."""
-        return set(names) <= set(self._node.get_node_names())
+        return set(names) <= set(self.node.get_node_names())
 
     def _on_profile(self, message: ThicknessProfileMsg) -> None:
         profile = profile_from_message(message)
@@ -103,8 +104,9 @@ class Monitor:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             text = f'{status.name}: {status.message}'
-            if (status.level != DiagnosticStatus.OK and text not in self.warnings
-                    and len(self.warnings) < WARNINGS):
+            # What is stale has not been heard of yet, or is busy.
+            if (status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
+                    and text not in self.warnings and len(self.warnings) < WARNINGS):
                 self.warnings.append(text)
                 print(f'  {text}')
 
