@@ -8,6 +8,7 @@ lives [Fast DDS 2.14, src/cpp/utils/shared_memory and tools/fastdds/shm].
 
 from __future__ import annotations
 
+from contextlib import suppress
 import fcntl
 import os
 from pathlib import Path
@@ -20,29 +21,38 @@ SETTLED = 2.0  # a younger file may be of a process that has not locked it yet [
 
 
 def clean(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> int:
-    """Remove what no living process uses; how many bytes.
+    """Remove what no living process uses; how many bytes."""
+    freed = 0
+    for file in unused(folder, settled):
+        with suppress(OSError):  # someone else was quicker
+            size = file.stat().st_size
+            file.unlink()
+            freed += size
+    return freed
 
-    A file stays that someone holds the lock of, or has mapped, or that belongs to another user.
+
+def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> list[Path]:
+    """The files that no living process uses.
+
+    In use is what someone holds the lock of or has mapped, or what belongs to another user.
     """
     groups: dict[str, list[Path]] = {}
     for file in folder.glob('fastrtps_*'):
         if match := NAME.fullmatch(file.name):
             groups.setdefault(match[1], []).append(file)
     mapped = _mapped_files() if groups else set()
-    freed = 0
+    found = []
     for name, files in groups.items():
         try:
             states = [file.stat() for file in files]
-            if (any(state.st_uid != os.geteuid() or time.time() - state.st_mtime < settled
-                    or (state.st_dev, state.st_ino) in mapped for state in states)
+            if not (any(state.st_uid != os.geteuid() or time.time() - state.st_mtime < settled
+                        or (state.st_dev, state.st_ino) in mapped for state in states)
                     or any(_locked(file) for file in files if file.name != name)):
-                continue
-            for file in (*files, folder / f'sem.{name}_mutex'):
-                file.unlink(missing_ok=True)
-            freed += sum(state.st_size for state in states)
-        except OSError:  # someone else was quicker
+                found += files
+                found += folder.glob(f'sem.{name}_mutex')
+        except FileNotFoundError:  # its owner ended just now
             continue
-    return freed
+    return found
 
 
 def _locked(file: Path) -> bool:

@@ -82,7 +82,7 @@ class Bench:
         self._publishers: dict[str, Any] = {}
         self.listen('/diagnostics', DiagnosticArray, QoSProfile(depth=100))
         # By itself it publishes once a second only, which most tests here would wait for.
-        self.peer.create_timer(0.1, self.node._diagnostics.publish)
+        self.timer = self.peer.create_timer(0.1, self.node._diagnostics.publish)
 
     def until(self, condition: Callable[[], Any], timeout: float = 10.0) -> None:
         self.graph.spin_until(condition, timeout)
@@ -212,7 +212,7 @@ def test_viewers_get_the_path_too(graph: Any) -> None:
 
 
 def test_start_and_stop_by_service(graph: Any) -> None:
-    bench = recorder(graph, path__auto=False)
+    bench = recorder(graph, path__auto=False, watch__maximum_lead=60.0)
     paths = bench.listen(topics.PATH, topics.RESULTS[topics.PATH], topics.PATH_QOS)
     assert not bench.call('path_recorder/stop').success
     started = bench.call('path_recorder/start')
@@ -248,7 +248,7 @@ def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
 
 
 def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
-    bench = recorder(graph)
+    bench = recorder(graph, watch__warn_after=0.0)  # what comes once falls silent
     wrong_frame, not_a_number, good = flange_pose(0.2), flange_pose(0.3), flange_pose(0.4)
     wrong_frame.header.frame_id = 'world'
     not_a_number.pose.position.y = np.nan
@@ -263,6 +263,58 @@ def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
     # What is over is no warning any more, but stays counted.
     bench.until(lambda: bench.statuses[-1].level == DiagnosticStatus.OK)
     assert bench.diagnosed('refused: pose') == '3'
+
+
+FUTURE_NS = (2**31 - 60) * SECOND  # as far as messages reach
+
+
+def test_poses_and_states_of_the_future_do_not_keep_out_those_that_follow(graph: Any) -> None:
+    bench = recorder(graph, watch__warn_after=0.0)
+    bench.send(topics.POSE, flange_pose(0, start_ns=FUTURE_NS), flange_pose(0.1))
+    bench.send(topics.EXTRUSION, extrusion(0, False, FUTURE_NS), extrusion(0.1, False))
+    bench.until(lambda: bench.diagnosed('poses') == '1'
+                and bench.diagnosed('extrusion states') == '1')
+    assert bench.diagnosed('refused: pose') == '1'
+    assert bench.diagnosed('refused: extrusion_state') == '1'
+    assert 'found one of the future' in bench.diagnosed('last refusal')
+
+
+def test_poses_that_jump_are_counted(graph: Any) -> None:
+    bench = recorder(graph, watch__warn_after=0.0)
+    bench.send(topics.POSE, flange_pose(0.1), flange_pose(0.11, speed=10.0), flange_pose(0.12))
+    bench.until(lambda: bench.diagnosed('poses') == '2')
+    assert bench.diagnosed('refused: pose') == '1'
+    assert bench.diagnosed('last refusal').endswith('found a jump')
+
+
+def test_silence_of_an_input_is_said_at_once_and_until_it_is_over(graph: Any) -> None:
+    """Not with the next of the diagnostics that come each second."""
+    bench = recorder(graph, watch__warn_after=0.2, watch__error_after=0.4)
+    bench.timer.cancel()
+    states = bench.received['/diagnostics']
+    bench.until(lambda: states and states[-1].status[0].level == DiagnosticStatus.STALE)
+    for number in range(20):
+        bench.send(topics.POSE, flange_pose(0.1 * number))
+        bench.send(topics.EXTRUSION, extrusion(0.1 * number, False))
+    bench.until(lambda: states[-1].status[0].level == DiagnosticStatus.ERROR)
+    levels = [state.status[0].level for state in states]
+    ok, warn, error = (len(levels) - 1 - levels[::-1].index(level) for level in (
+        DiagnosticStatus.STALE, DiagnosticStatus.WARN, DiagnosticStatus.ERROR))
+    assert ok < warn < error == len(levels) - 1
+    published = [state.header.stamp.sec + state.header.stamp.nanosec * 1e-9
+                 for state in states[warn:]]
+    assert published[-1] - published[0] < 0.9  # a period of the diagnostics is 1 s
+    assert 'found lasting silence' in states[-1].status[0].message
+    sent = 20
+
+    def heard_again() -> bool:
+        nonlocal sent
+        sent += 1
+        bench.send(topics.POSE, flange_pose(0.1 * sent))
+        bench.send(topics.EXTRUSION, extrusion(0.1 * sent, False))
+        return bool(states[-1].status[0].level == DiagnosticStatus.OK)
+
+    bench.until(heard_again)
 
 
 def test_a_clock_that_goes_back_clears_the_print(graph: Any) -> None:
@@ -342,6 +394,30 @@ def test_a_capture_waits_for_the_path(graph: Any, tmp_path: Path) -> None:
     assert bench.received[topics.PROFILE] == []
     bench.send(topics.PATH, PATH)
     assert_profile_comes(bench, STAMP)
+
+
+def test_a_capture_of_the_future_is_refused(graph: Any, tmp_path: Path) -> None:
+    """What was laid by its stamp, but not yet when it was taken, would pass for gaps."""
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, PATH)
+    bench.send_capture(FUTURE_NS)
+    bench.until(lambda: bench.diagnosed('refused: capture') == '1')
+    assert 'found one of the future' in bench.diagnosed('last refusal')
+    bench.send_capture(STAMP)
+    assert_profile_comes(bench, STAMP)
+
+
+def test_captures_that_stop_are_missed(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.timer.cancel()
+    bench.send(topics.PATH, PATH)
+    timer = bench.peer.create_timer(
+        0.1, lambda: bench.node.hand_over(capture_of(band_image(), STAMP)))
+    watch = bench.node._diagnostics._inputs['captures']
+    bench.until(lambda: np.isfinite(watch._pace()))
+    timer.cancel()
+    bench.until(lambda: any('captures: expected messages, found silence' in status.message
+                            for status in bench.statuses))
 
 
 def test_a_deposit_beside_its_path_is_warned_of(graph: Any, tmp_path: Path) -> None:

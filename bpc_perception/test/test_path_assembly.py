@@ -9,7 +9,12 @@ from bpc_perception.core import path_assembly
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.path_assembly import ExtruderSample, PathAssembler, PrintTracker
+from bpc_perception.core.path_assembly import (
+    ExtruderSample,
+    JumpError,
+    PathAssembler,
+    PrintTracker,
+)
 import numpy as np
 from perception_builders import assemble, feed, path_through, SECOND, START_NS, state
 import pytest
@@ -523,3 +528,52 @@ def test_an_automatic_stop_is_the_same_however_often_the_path_is_asked_for(pause
     seldom, often = run(10_000), run(1)
     assert seldom.finished
     assert numbers(often) == numbers(seldom)
+
+
+# Poses that jump
+
+def jumping(count: int, to: float = 0.5) -> tuple[PrintTracker, list[int]]:
+    """A line at 10 mm/s with 100 poses a second, of which some after the 100th are elsewhere."""
+    tracker = PrintTracker(PathConfig(smoothing_time=0.0, maximum_speed=2.0))
+    tracker.add_extruder(state(0.0))
+    refused = []
+    for number in range(300):
+        away = to if 100 <= number < 100 + count else 0.0
+        if number % 10 == 0 and number:
+            tracker.add_extruder(state(number / 100))
+        try:
+            tracker.add_pose(ns(number / 100), np.array((1e-4 * number, away, 0.0)))
+        except JumpError:
+            refused.append(number)
+    return tracker, refused
+
+
+@pytest.mark.parametrize('count', [1, 5])
+def test_a_pose_that_jumps_is_refused_and_the_path_goes_on(count: int) -> None:
+    tracker, refused = jumping(count)
+    assert refused == list(range(100, 100 + count))
+    path = tracker.path()
+    assert path is not None
+    np.testing.assert_allclose(path.points[:, 1:], 0, atol=1e-12)
+    assert path.arc_length[-1] == pytest.approx(1e-4 * 290, abs=3e-4)
+
+
+def test_a_jump_that_lasts_is_believed_when_there_was_time_to_get_there() -> None:
+    tracker, refused = jumping(200, to=1.5)
+    # 1.5 m at 2 m/s, less what counts as jitter.
+    assert refused == list(range(100, 99 + 75))
+    path = tracker.path()
+    assert path is not None
+    assert set(path.points[:, 1].round(9)) == {0.0, 1.5}  # the way there is unknown
+
+
+def test_a_first_pose_that_is_wrong_does_not_stop_the_rest() -> None:
+    tracker = PrintTracker(PathConfig(maximum_speed=2.0))
+    tracker.add_pose(START_NS, np.array((0.5, 0.0, 0.0)))
+    taken = []
+    for number in range(1, 100):
+        try:
+            taken.append(tracker.add_pose(START_NS + number * 10**7, np.zeros(3)))
+        except JumpError:
+            assert not taken
+    assert len(taken) == 100 - 25

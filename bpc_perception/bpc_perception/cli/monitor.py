@@ -21,6 +21,7 @@ from bpc_perception.conversions import advice_from_message, profile_from_message
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 
+QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
 WARNINGS = 100  # shown at most
 DISCOVERY = 0.6  # in which another process's publishers are found, with a margin [s]
 
@@ -119,7 +120,7 @@ def monitoring(keep: int | None = None) -> Iterator[Monitor]:
     """
     # Handlers that only take note: rclpy's shut down under a running callback, and Python's
     # raise in the middle of a message, which comes out of rclpy as any other error.
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)

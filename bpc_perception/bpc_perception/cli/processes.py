@@ -50,7 +50,8 @@ class Nodes:
     def start(self, module: str, **parameters: Any) -> None:
         """Run ``python -m module`` with these parameters, which win over those common to all."""
         name = module.rpartition('.')[2]
-        arguments = ['--ros-args']
+        # What they say goes into a log of ours, which is removed where all went well.
+        arguments = ['--ros-args', '--disable-external-lib-logs']
         for file in self._common:
             arguments += ['--params-file', str(file)]
         for key, value in {**self._parameters, **parameters}.items():
@@ -150,7 +151,7 @@ class Nodes:
                 process.kill()
                 process.wait()
             self._close_pipe(name)
-        if error is None:
+        if error is None or kind is KeyboardInterrupt:
             for log in self._log_files.values():
                 log.unlink(missing_ok=True)
 

@@ -26,5 +26,6 @@ def record(
     # Imported late: only this command needs ROS set up in this process.
     from bpc_perception.nodes import bag_recorder
 
-    sys.argv = [sys.argv[0], '--ros-args', '-p', f'bag:={out}', *rules]
+    sys.argv = [sys.argv[0], '--ros-args', '--disable-external-lib-logs', '-p', f'bag:={out}',
+                *rules]
     bag_recorder.main()

@@ -27,6 +27,8 @@ from bpc_perception.recording import captures
 
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
 LOSSLESS = {f'qos_overrides./{topics.POSE}.subscription.reliability': 'reliable'}
+# Robot and extruder of a recording end with it, which is no fault.
+UNWATCHED = {'watch.warn_after': 0.0}
 PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]
 AFTERMATH = 10.0  # for the last results after the recording's end [s]
 
@@ -58,7 +60,8 @@ def replay(
     if not recorded:
         raise ValueError(f'{bag}: expected a complete capture, found none')
     stamps = [capture.stamp_ns for capture in recorded]
-    with monitoring() as monitor, Nodes(given.parameter_file, {'use_sim_time': True}) as nodes:
+    with monitoring() as monitor, Nodes(
+            given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes:
         monitor.expect_no_other_printer()
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
         nodes.start_measuring(

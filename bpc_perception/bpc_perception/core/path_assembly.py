@@ -21,6 +21,11 @@ from bpc_perception.core.growing_path import GrowingPath
 from bpc_perception.core.path import DepositionPath
 
 MAXIMUM_STATES = 100_000  # of the extruder that wait for poses
+JITTER = 1e-3  # by which a pose may be off where stamps are [m]
+
+
+class JumpError(ValueError):
+    """The nozzle tip cannot have come to where a pose puts it."""
 
 
 @dataclass(frozen=True)
@@ -216,9 +221,19 @@ class PrintTracker:
         self._last_extruding_ns = 0
 
     def add_pose(self, stamp_ns: int, tip: Array) -> bool:
-        """Take a position (3,) of the nozzle tip [m]; False unless later than the last."""
-        if self._poses and stamp_ns <= self._poses[-1][0]:
-            return False
+        """Take a position (3,) of the nozzle tip [m]; False unless later than the last.
+
+        Raises JumpError when the tip would have been faster than it can. What lasts is
+        believed as soon as there was time enough to get there.
+        """
+        if self._poses:
+            last_ns, last = self._poses[-1]
+            if stamp_ns <= last_ns:
+                return False
+            reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER
+            if math.dist(tip, last) > reach:
+                raise JumpError('pose: expected a tip that moves no faster than '
+                                f'{self._config.maximum_speed:g} m/s, found a jump')
         self._poses.append((stamp_ns, tip))
         while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
             self._poses.popleft()

@@ -14,15 +14,16 @@ from bpc_interfaces.msg import DepositionPath, DepositionPathUpdate, ExtrusionSt
 from bpc_perception import topics
 from bpc_perception.bag import BagWriter
 from bpc_perception.conversions import (
+    ConversionError,
     extruder_from_message,
     path_to_message,
     path_to_nav,
 )
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.geometry import Array, transform
-from bpc_perception.core.path_assembly import PrintTracker
+from bpc_perception.core.path_assembly import JumpError, PrintTracker
 from bpc_perception.nodes.allowance import Allowance
-from bpc_perception.nodes.clock import on_jump_back, steady_clock
+from bpc_perception.nodes.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.pose_source import subscribe_poses
@@ -43,7 +44,8 @@ class PathRecorderNode(Node):
         be_a_good_neighbour(config.process, self.get_logger())
         self._tip = np.array(config.nozzle_offset)
         self._tracker = PrintTracker(config.path)
-        self._diagnostics = Diagnostics(self)
+        self._diagnostics = Diagnostics(self, watch=config.watch)
+        self._diagnostics.expect(topics.EXTRUSION)
         # The state of the path when the update, the whole, and that for viewers were published.
         self._updated: State | None = None
         self._published: State | None = None
@@ -54,7 +56,8 @@ class PathRecorderNode(Node):
             DepositionPathUpdate, topics.PATH_UPDATE, topics.PATH_UPDATE_QOS)
         self._paths = self.create_publisher(DepositionPath, topics.PATH, topics.PATH_QOS)
         self._nav_paths = self.create_publisher(Path, topics.NAV_PATH, topics.PATH_QOS)
-        subscribe_poses(self, config.pose, config.base_frame, self._diagnostics, self._on_pose)
+        subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
+                        self._diagnostics, self._on_pose)
         self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
                                  topics.EXTRUSION_QOS)
         for name, answer in (('start', self._start), ('stop', self._stop),
@@ -64,13 +67,26 @@ class PathRecorderNode(Node):
         self._jump = on_jump_back(self, self._tracker.clear)
 
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
-        if self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip)):
+        try:
+            taken = self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip))
+        except JumpError as error:
+            self._diagnostics.refuse(error)
+            return
+        if taken:
             self._diagnostics.count('poses')
         else:
             self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
 
     def _on_extruder(self, message: ExtrusionState) -> None:
-        if self._tracker.add_extruder(extruder_from_message(message)):
+        self._diagnostics.heard(topics.EXTRUSION)
+        sample = extruder_from_message(message)
+        try:
+            expect_not_ahead(self, 'extrusion_state', sample.stamp_ns,
+                             self._config.watch.maximum_lead)
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+            return
+        if self._tracker.add_extruder(sample):
             self._diagnostics.count('extrusion states')
         else:
             self._diagnostics.refuse(
