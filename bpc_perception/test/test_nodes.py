@@ -45,6 +45,7 @@ from bpc_perception.conversions import (
 from bpc_perception.drivers.bag import BagCamera
 from bpc_perception.handeye import HandEyeError
 from bpc_perception.nodes.camera_driver import CameraDriverNode
+from bpc_perception.nodes.path_follower import PathFollower
 from bpc_perception.nodes.path_recorder import PathRecorderNode
 from bpc_perception.nodes.thickness import ThicknessNode
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -285,6 +286,50 @@ def test_poses_that_jump_are_counted(graph: Any) -> None:
     bench.until(lambda: bench.diagnosed('poses') == '2')
     assert bench.diagnosed('refused: pose') == '1'
     assert bench.diagnosed('last refusal').endswith('found a jump')
+
+
+def test_a_recorder_started_again_goes_on_with_its_print(graph: Any, tmp_path: Path) -> None:
+    """Those who follow the path have the same points as the recorder, before and after."""
+    first = recorder(graph, state_folder=str(tmp_path))
+    followed: list[Any] = []
+    PathFollower(first.peer, BASE, followed.append, followed.append)
+    before = path_from_message(print_line(first)[-1])
+    first.timer.cancel()
+    graph.executor.remove_node(first.node)
+    # As after a kill: it says nothing any more, and the file is as it was.
+    first.node.destroy_node()
+    graph._nodes.remove(first.node)
+    again = recorder(graph, state_folder=str(tmp_path))
+    paths = again.listen(topics.PATH, topics.RESULTS[topics.PATH], topics.PATH_QOS)
+    again.until(lambda: paths)
+    assert path_from_message(paths[-1]).print_id == before.print_id
+    again.until(lambda: 'is resumed' in again.diagnosed('last warning'))
+    again.send(topics.EXTRUSION, *(extrusion(t) for t in np.arange(6, 9, 0.1)))
+    again.send(topics.POSE, *(flange_pose(t) for t in np.arange(6, 9, 0.05)))
+    again.until(lambda: paths[-1].complete_until > 8.5
+                and followed[-1].complete_until == paths[-1].complete_until)
+    after = path_from_message(paths[-1])
+    assert (after.print_id, after.start_ns) == (before.print_id, before.start_ns)
+    np.testing.assert_array_equal(after.points[:len(before)], before.points)
+    np.testing.assert_array_equal(followed[-1].points, after.points)
+    gap = np.flatnonzero(np.diff(after.time) > 1.0)
+    assert len(gap) == 1
+    assert after.time[gap[0]] < 3.0 < 5.9 < after.time[gap[0] + 1]
+
+
+def test_a_folder_that_cannot_be_written_to_costs_no_print(graph: Any, tmp_path: Path) -> None:
+    (tmp_path / 'file').touch()
+    bench = recorder(graph, state_folder=str(tmp_path / 'file'))
+    assert len(print_line(bench)[-1].x) > 100
+    assert bench.diagnosed('refused: state_folder') == '1'
+
+
+def test_a_full_disk_costs_no_print(graph: Any, tmp_path: Path) -> None:
+    (tmp_path / 'running_print.tmp').symlink_to('/dev/full')
+    bench = recorder(graph, state_folder=str(tmp_path))
+    assert len(print_line(bench)[-1].x) > 100
+    bench.until(lambda: bench.diagnosed('refused: journal') == '1')
+    assert 'No space left on device' in bench.diagnosed('last refusal')
 
 
 def test_silence_of_an_input_is_said_at_once_and_until_it_is_over(graph: Any) -> None:

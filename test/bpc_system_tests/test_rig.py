@@ -29,12 +29,11 @@ import yaml
 from bpc_sim import rig as doubles
 
 from .command_line import command
-from .ros_graph import Listener, listening, own_domain
+from .ros_graph import Listener, listening, own_domain, start_delay
 from .truth_of_prints import compare, expect_the_truth, pixel_size
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 SCENARIO, SPEED = 'line', 0.01  # 50 mm in 5 s
-START_DELAY = 6.0  # until arm and camera run, with a large margin [s]
 LEAD, STEPS = 1e-3, 200
 NOZZLE = [0.0, 0.0, 0.15]
 
@@ -114,21 +113,22 @@ def running(request: pytest.FixtureRequest,
                 float(rig.job.plunger_velocity(t)) * turns)
 
     variables = {doubles.SCENARIO: SCENARIO, doubles.SPEED: str(SPEED),
-                 doubles.PLUG: str(plug),
+                 doubles.PLUG: str(plug), 'XDG_STATE_HOME': str(folder / 'state'),
                  doubles.MOUNT: 'eye_on_base' if rig.on_base else 'eye_in_hand',
                  'PYTHONPATH': f'{folder / "vendor"}:{os.environ.get("PYTHONPATH", "")}'}
     remap = {'joint_states': '/lbr/joint_states'}
     with own_domain() as domain, listening(domain) as listener, environment(**variables), \
             Wire(TicDouble(motion), folder / 'ttyACM0', lines=False) as wire, \
             Nodes(folder / 'cell.yaml', remappings=remap) as nodes, bpc_live(folder):
+        begun = time.monotonic()
         nodes.start('bpc_perception.nodes.extruder_bridge')
         expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge')
-        start_ns = time.time_ns() + round(START_DELAY * 1e9)
+        start_ns = time.time_ns() + round(start_delay(time.monotonic() - begun) * 1e9)
         nodes.start('bpc_sim.nodes.arm', scenario=SCENARIO, speed=SPEED, start_time_ns=start_ns)
         with environment(**{doubles.START: str(start_ns)}):
             nodes.start('bpc_perception.nodes.camera_driver', back_end='zivid', rate=1.0)
         expect(listener, nodes, 'synthetic_arm', 'camera_driver')
-        assert time.time_ns() < start_ns, 'the machine is too slow for START_DELAY'
+        assert time.time_ns() < start_ns, 'the machine has become slower meanwhile'
         yield Running(rig, start_ns, listener, nodes, wire, plug)
 
 
@@ -197,3 +197,29 @@ def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
         robot.send_signal(signal.SIGCONT)
     count = len(listener.profiles)
     listener.wait(lambda: len(listener.profiles) > count, running.nodes)
+
+
+def supervised(running: Running, name: str) -> dict[str, str]:
+    """What `bpc live` last said of one of its nodes on /diagnostics."""
+    found = [status for message in running.listener.heard['/diagnostics']
+             for status in message.status if status.name == f'supervisor: {name}']
+    return {value.key: value.value for value in found[-1].values} if found else {}
+
+
+@pytest.mark.parametrize('name', ['thickness', 'path_recorder'])
+def test_a_node_that_was_killed_goes_on_with_the_same_print(running: Running,
+                                                            name: str) -> None:
+    listener = running.listener
+    listener.wait(lambda: supervised(running, name), running.nodes)
+    before, known = supervised(running, name), listener.profiles[-1]
+    os.kill(int(before['pid']), signal.SIGKILL)
+    listener.wait(lambda: supervised(running, name)['deaths'] != before['deaths']
+                  and supervised(running, name)['pid'] != before['pid'], running.nodes)
+    assert 'ended with status -9' in supervised(running, name)['last death']
+    # The robot still moves its tip a little, or not at all: of the print nothing is lost.
+    killed_ns = time.time_ns()
+    listener.wait(lambda: stamp_to_ns(listener.profiles[-1].header.stamp) > killed_ns,
+                  running.nodes)
+    profile = listener.profiles[-1]
+    assert profile.print_id == known.print_id
+    assert profile.arc_length[:len(known.arc_length)] == known.arc_length

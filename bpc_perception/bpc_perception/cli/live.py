@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -44,7 +45,8 @@ def live(
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
     with (monitoring(keep=1) as monitor,
           Nodes(parameters, remappings=others) as nodes):
-        nodes.start('bpc_perception.nodes.path_recorder')
+        nodes.start('bpc_perception.nodes.path_recorder',
+                    state_folder=recorder.state_folder or str(state_folder()))
         if camera is None:
             nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
         else:
@@ -63,3 +65,9 @@ def live(
             if not monitor.publishers(topic):
                 print(f'  {topic}: nobody publishes it yet')
         monitor.spin_until(ended)
+
+
+def state_folder() -> Path:
+    """Where the running print is kept [XDG Base Directory Specification]; one a ROS domain."""
+    home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
+    return Path(home, 'bpc', f'domain_{os.environ.get("ROS_DOMAIN_ID") or 0}')

@@ -37,7 +37,7 @@ class Diagnostics:
         self._refusals: Counter[str] = Counter()
         self._notes: dict[str, str] = {}
         self._news: list[str] = []
-        self._last_refusal = ''
+        self._last_refusal = self._last_warning = ''
         self._level = Level.OK
         self._published, self._published_counts = time.monotonic(), Counter[str]()
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -65,6 +65,7 @@ class Diagnostics:
     def warn(self, text: str) -> None:
         """Say what is not as it should be, though nothing had to be refused."""
         self._news.append(text)
+        self._last_warning = text
         self._node.get_logger().warning(text, throttle_duration_sec=10.0)
 
     def expect(self, name: str, paced: bool = False) -> None:
@@ -82,14 +83,14 @@ class Diagnostics:
             self.publish()
 
     def _state(self) -> tuple[Level, str]:
-        """The level, and what is to be said of it."""
+        """The level, and what is to be said: news first, silence goes on being said."""
         now = time.monotonic()
-        found = [(Level.WARN, self._news[-1])] if self._news else []
-        for name, watched in self._inputs.items():
-            level = watched.level(now)
-            if level != Level.OK:
-                found.append((level, f'{name}: {SAYS[level]}'))
-        return max(found, key=lambda each: WORSE.index(each[0]), default=(Level.OK, 'ok'))
+        levels = {name: watched.level(now) for name, watched in self._inputs.items()}
+        name, level = max(levels.items(), key=lambda each: WORSE.index(each[1]),
+                          default=('', Level.OK))
+        if self._news:
+            return max(Level.WARN, level, key=WORSE.index), self._news[-1]
+        return level, 'ok' if level == Level.OK else f'{name}: {SAYS[level]}'
 
     def publish(self) -> None:
         """Publish the state now."""
@@ -106,8 +107,8 @@ class Diagnostics:
                                    value='none' if age is None else f'{age:.2f}'))
         values += [KeyValue(key=f'refused: {kind}', value=str(count))
                    for kind, count in self._refusals.items()]
-        if self._last_refusal:
-            values.append(KeyValue(key='last refusal', value=self._last_refusal))
+        values += [KeyValue(key=key, value=value) for key, value in (
+            ('last refusal', self._last_refusal), ('last warning', self._last_warning)) if value]
         self._level, message = self._state()
         self._published, self._published_counts = now, self._counts.copy()
         self._news.clear()
