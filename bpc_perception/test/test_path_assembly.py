@@ -681,3 +681,34 @@ def test_two_prints_back_to_back_share_nothing() -> None:
     assert first.points[-1, 0] < 0.026
     assert second.points[0, 0] == pytest.approx(0.04, abs=1e-3)
     assert second.arc_length[0] == 0.0
+
+
+def test_a_clock_that_jumps_forward_ends_the_print_and_bridges_nothing() -> None:
+    tracker = PrintTracker(PathConfig())
+    printed(tracker, 0.0, 2.0)
+    before = tracker.path()
+    printed(tracker, 3600.0, 3602.0)
+    after = tracker.path()
+    assert before is not None
+    assert after is not None
+    assert after.print_id != before.print_id
+    assert after.start_ns == ns(3600.0)
+    assert after.time[0] < 0.1
+
+
+def test_a_robot_at_1000_hz_fills_no_memory() -> None:
+    """What is kept beside the path is what smoothing and a start of a print need."""
+    tracker = PrintTracker(PathConfig())
+    for number in range(30_000):
+        if number % 20 == 0:
+            tracker.add_extruder(state(number / 1000))
+            path = tracker.growing_path()
+        tracker.add_pose(ns(number / 1000), np.array((3e-6 * number, 0.0, 0.0)))
+    assert path is not None
+    made = tracker._print
+    assert made is not None
+    assert len(path) == pytest.approx(0.09 / 2e-4, abs=3)
+    assert len(tracker._poses) <= 5001  # of the last 5 s
+    assert len(tracker._states) <= 251
+    assert max(len(made._new), len(made._tail), len(made._knots)) < 300
+    assert max(len(made._waiting), len(made._states)) < 30

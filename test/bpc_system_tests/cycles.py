@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 import os
 from pathlib import Path
 import random
@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 
-from bpc_perception.shared_memory import clean, SETTLED, SHARED_MEMORY, unused
+from bpc_perception.shared_memory import clean, NAME, SETTLED, SHARED_MEMORY, unused
 import yaml
 
 SAMPLE = Path(__file__).resolve().parents[2] / 'bags' / 'spiral_gaps'
@@ -69,19 +69,29 @@ def alive(pid: int) -> bool:
         return False
 
 
+def mapped(pids: Iterable[int]) -> set[str]:
+    """Names of the shared memory that these processes use."""
+    found: set[str] = set()
+    for pid in pids:
+        with suppress(OSError):
+            found |= set(NAME.findall(Path(f'/proc/{pid}/maps').read_text()))
+    return {name for name, _ in found}
+
+
 def cycle(number: int, domain: int, chance: random.Random) -> tuple[float, list[str]]:
     """Start and stop all once; how long they took to end [s], and what is amiss."""
     amiss: list[str] = []
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
         folder = Path(name)
         (folder / 'tmp').mkdir()
-        before = set(SHARED_MEMORY.iterdir())
+        shared = {file.name for file in SHARED_MEMORY.iterdir()}  # ports that were there before
         suite = [stack.enter_context(subprocess.Popen(
             line, env=environment(folder, domain), stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True))
             for line in commands(folder)]
         time.sleep(chance.uniform(0.2, LONGEST))
         nodes = descendants(process.pid for process in suite)
+        used = mapped([*nodes, *(process.pid for process in suite)])
         killed = bool(nodes) and number % 10 == 9
         if killed:
             os.kill(chance.choice(nodes), signal.SIGKILL)
@@ -104,7 +114,8 @@ def cycle(number: int, domain: int, chance: random.Random) -> tuple[float, list[
         if killed:
             time.sleep(SETTLED)
             clean()  # as the next start does
-        amiss += [str(file) for file in unused(settled=0.0) if file not in before]
+        amiss += [str(file) for file in unused(settled=0.0)
+                  if (match := NAME.search(file.name)) and match[1] in used - shared]
         amiss += [f'{file.relative_to(folder)} ({told.name})' for part in ('tmp', 'logs')
                   for file in (folder / part).rglob('*') if not killed]
         amiss += [str(file.relative_to(folder)) for file in (folder / 'state').rglob('*.tmp')]
@@ -121,6 +132,7 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--domain', type=int, default=60)
     given = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
     chance = random.Random(given.seed)
     times, failed = [], 0
     for number in range(given.count):

@@ -22,7 +22,7 @@ PATIENCE = 60.0  # for what takes a few seconds on an idle machine [s]
 
 def start_delay(took: float) -> float:
     """How far ahead the start of a print is set [s], if other nodes took so long to start."""
-    return max(6.0, 3 * took)
+    return max(6.0, 2 * took)
 
 
 @contextmanager

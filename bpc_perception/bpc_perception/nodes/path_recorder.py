@@ -74,6 +74,9 @@ class PathRecorderNode(Node):
         except ConversionError as error:
             self._diagnostics.refuse(error)
             return
+        if message.error_status:
+            self._diagnostics.warn('extrusion_state: expected no error, found error_status '
+                                   f'{message.error_status}')
         if self._tracker.add_extruder(sample):
             self._diagnostics.count('extrusion states')
         else:
