@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 from threading import Event
+import time
 from typing import Any
 
 from bpc_perception.core.config import ConfigError, parameters_of, ThicknessConfig
@@ -280,6 +281,16 @@ def test_poses_and_states_of_the_future_do_not_keep_out_those_that_follow(graph:
     assert 'found one of the future' in bench.diagnosed('last refusal')
 
 
+def test_an_extruder_in_error_is_warned_of(graph: Any) -> None:
+    bench = recorder(graph, watch__warn_after=0.0)
+    state = extrusion(0.1)
+    state.error_status = 1 << 6
+    bench.send(topics.EXTRUSION, state)
+    bench.until(lambda: bench.diagnosed('last warning').endswith('found error_status 64'))
+    assert bench.diagnosed('extrusion states') == '1'
+    assert DiagnosticStatus.WARN in [status.level for status in bench.statuses]
+
+
 def test_poses_that_jump_are_counted(graph: Any) -> None:
     bench = recorder(graph, watch__warn_after=0.0)
     bench.send(topics.POSE, flange_pose(0.1), flange_pose(0.11, speed=10.0), flange_pose(0.12))
@@ -455,12 +466,11 @@ def test_a_capture_of_the_future_is_refused(graph: Any, tmp_path: Path) -> None:
 def test_captures_that_stop_are_missed(graph: Any, tmp_path: Path) -> None:
     bench = thickness(graph, tmp_path)
     bench.timer.cancel()
-    bench.send(topics.PATH, PATH)
-    timer = bench.peer.create_timer(
-        0.1, lambda: bench.node.hand_over(capture_of(band_image(), STAMP)))
     watch = bench.node._diagnostics._inputs['captures']
-    bench.until(lambda: np.isfinite(watch._pace()))
-    timer.cancel()
+    bench.send_capture(STAMP)
+    bench.until(lambda: watch.age(time.monotonic()) is not None)
+    for age in (4, 3, 2, 1):  # as if one had come each second until now
+        watch.heard(time.monotonic() - age)
     bench.until(lambda: any('captures: expected messages, found silence' in status.message
                             for status in bench.statuses))
 

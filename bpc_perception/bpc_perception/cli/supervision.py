@@ -15,7 +15,7 @@ from bpc_perception.core.back_off import BackOff
 from bpc_perception.nodes.run import REFUSED
 
 QUIET = 0.2  # a node gives a sign of life each 0.1 s, unless it is busy [s]
-HUNG = 15.0  # longer than any capture takes to be measured [s]
+HUNG = 60.0  # longer than any capture takes to be measured, of a print of 100 m and more [s]
 DEATHS, WITHIN = 3, 60.0  # so many in this time [s] are no accident
 PERIOD = 1.0  # of the diagnostics while nothing changes [s]
 
@@ -64,6 +64,7 @@ class Supervisor:
             if not life.back_off.waiting(now):
                 life.dead = False
                 self._nodes.start_again(name)
+                shared_memory.clean()
             return DiagnosticStatus.ERROR
         silence = self._nodes.silence(name)
         if self._nodes.ended(name):
@@ -90,7 +91,6 @@ class Supervisor:
         life.back_off.failed(now)
         life.dead, life.last_death, life.cause = True, now, cause
         life.deaths += 1
-        shared_memory.clean()
 
     def _publish(self) -> None:
         statuses = []
