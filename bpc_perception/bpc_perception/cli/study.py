@@ -59,12 +59,24 @@ def study(
 
 
 def show(title: str, rows: list[dict[str, Any]]) -> None:
-    """Print rows as a table, rather wider than the terminal than with numbers cut short."""
-    table = Table(title=title)
-    for column in rows[0]:
-        table.add_column(column, justify='right', no_wrap=True)
-    for row in rows:
-        table.add_row(*(in_words(value) for value in row.values()))
+    """Print rows as a table, rather wider than the terminal than with numbers cut short.
+
+    Few rows with many columns are turned by a quarter.
+    """
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    cells = [[in_words(row.get(column, '')) for column in columns] for row in rows]
+    turned = len(rows) < len(columns) / 2
+    table = Table(title=title, show_header=not turned)
+    if turned:
+        table.add_column('')
+        for _ in rows:
+            table.add_column('', justify='right', no_wrap=True)
+        cells = [[column, *values] for column, *values in zip(columns, *cells, strict=True)]
+    else:
+        for column in columns:
+            table.add_column(column, justify='right', no_wrap=True)
+    for values in cells:
+        table.add_row(*values)
     Console(width=max(Console().width, 260)).print(table)
 
 
