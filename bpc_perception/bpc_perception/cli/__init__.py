@@ -6,6 +6,7 @@ Built with Typer, which makes options, types and help from the functions' own si
 from __future__ import annotations
 
 import logging
+import signal
 import sys
 from typing import Any, NoReturn
 
@@ -55,6 +56,7 @@ class HeldWarnings(logging.Handler):
 
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # nothing half-made is left either
     warnings = HeldWarnings()
     logging.getLogger().addHandler(warnings)
     try:

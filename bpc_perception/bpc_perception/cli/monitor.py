@@ -120,13 +120,18 @@ def monitoring(keep: int | None = None) -> Iterator[Monitor]:
     """
     # Handlers that only take note: rclpy's shut down under a running callback, and Python's
     # raise in the middle of a message, which comes out of rclpy as any other error.
+    early: list[int] = []
+    before = {number: signal.signal(number, lambda received, _: early.append(received))
+              for number in (signal.SIGINT, signal.SIGTERM)}
     rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     monitor = Monitor(node, executor, keep)
-    before = {number: signal.signal(number, monitor.interrupt)
-              for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, monitor.interrupt)
+    if early:
+        monitor.interrupt()
     try:
         yield monitor
     except KeyboardInterrupt:
