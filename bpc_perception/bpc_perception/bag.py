@@ -38,20 +38,21 @@ class Bag:
 
     Attributes:
         path: the folder or file.
+        files: of the storage, in the order of recording.
         topics: name of each topic to its type, such as ``sensor_msgs/msg/Image``.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._files = _storage_files(self.path)
+        self.files = _storage_files(self.path)
         self.topics: dict[str, str] = {}
-        for file in self._files:
+        for file in self.files:
             self.topics.update(_sqlite_topics(file) if file.suffix == '.db3'
                                else _mcap_topics(file))
 
     def messages(self, topics: set[str]) -> Iterator[tuple[str, int, Any]]:
         """Yield (topic, time of recording [ns], message) in the order of recording."""
-        for file in self._files:
+        for file in self.files:
             for topic, type_name, log_ns, data in _raw_messages(file, topics):
                 try:
                     message = deserialize_message(data, message_type(type_name))
@@ -60,10 +61,14 @@ class Bag:
                                    f'found {len(data)} other bytes') from error
                 yield topic, log_ns, message
 
+    def count(self, topic: str) -> int | None:
+        """How many messages of a topic there are, where the recording says so."""
+        counts = [_count(file, topic) for file in self.files]
+        return None if None in counts else sum(count or 0 for count in counts)
 
     def span(self) -> tuple[int, int]:
         """Times of the first and the last message [ns]."""
-        spans = [_span(file, set(self.topics)) for file in self._files]
+        spans = [_span(file, set(self.topics)) for file in self.files]
         return min(start for start, _ in spans), max(end for _, end in spans)
 
 
@@ -108,6 +113,11 @@ class BagWriter:
         self._counts[topic] += 1
         self._first_ns = log_ns if self._first_ns is None else min(self._first_ns, log_ns)
         self._last_ns = max(self._last_ns, log_ns)
+
+    @property
+    def written(self) -> tuple[dict[str, int], int]:
+        """Messages written by topic, and the size of the file [bytes]."""
+        return dict(self._counts), self._file.stat().st_size
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system, readable as it is."""
@@ -208,6 +218,18 @@ def _span(file: Path, topics: set[str]) -> tuple[int, int]:
         return summary.statistics.message_start_time, summary.statistics.message_end_time
     times = [log_ns for _, _, log_ns, _ in _raw_messages(file, topics)]
     return min(times), max(times)
+
+
+def _count(file: Path, topic: str) -> int | None:
+    if file.suffix == '.db3':
+        with _open_sqlite(file) as reader:
+            return sum(connection.msgcount for connection in reader.connections
+                       if connection.topic == topic)
+    summary = _mcap_summary(file)
+    if summary is None or summary.statistics is None:
+        return None
+    return sum(summary.statistics.channel_message_counts.get(number, 0)
+               for number, channel in summary.channels.items() if channel.topic == topic)
 
 
 def _mcap_summary(file: Path) -> Summary | None:

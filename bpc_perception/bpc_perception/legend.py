@@ -40,6 +40,8 @@ REASONS = {
     Reason.PATH_OFFSET: 'the filament lies beside the path, look at the calibration',
     Reason.EXTRUDER_FAULT: 'the extruder stopped, or says nothing',
 }
+# Of the same palette, for prints that are compared.
+PRINTS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#000000')
 # Too thin, on target, too thick; at and beyond this share off the target the colour is full.
 THIN, RIGHT_ON, THICK, FULL = '#0072B2', '#EEEEEE', '#D55E00', 0.2
 

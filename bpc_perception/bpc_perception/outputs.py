@@ -6,7 +6,6 @@ report's figures.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 import json
@@ -21,13 +20,13 @@ import cv2
 import numpy as np
 
 from bpc_perception import __version__, report
-from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.targets import WidthTargets
+from bpc_perception.core.uniformity import uniformity
+from bpc_perception.print_log import PrintLog
+from bpc_perception.summary import advice_entry, MM, NS, plain
 
-MM = 1e3  # [mm/m]
-NS = 10**9  # [ns/s]
 COLUMNS = ('arc_length_mm', 'time_s', 'x_mm', 'y_mm', 'z_mm', 'thickness_mm', 'sigma_mm',
            'left_mm', 'right_mm', 'status')
 
@@ -41,12 +40,16 @@ class Provenance:
         hand_eye: file of the hand-eye calibration.
         settings: dotted names and values of the ThicknessConfig.
         versions: see versions().
+        targets: the thickness wanted along the path; None = none.
+        fingerprint: changes whenever one of what the result is made of does.
     """
 
     bag: str
     hand_eye: str
     settings: dict[str, object]
     versions: dict[str, str]
+    targets: WidthTargets | None = None
+    fingerprint: str = ''
 
 
 def versions() -> dict[str, str]:
@@ -59,39 +62,51 @@ def versions() -> dict[str, str]:
             'opencv': cv2.__version__, 'ros': ros}
 
 
-def write_outputs(folder: Path, results: Sequence[Result], provenance: Provenance) -> list[Path]:
-    """Write profile.csv, summary.json and report.html of the last measured result.
+def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
+                  figures: bool = False) -> list[Path]:
+    """Write profile.csv, summary.json and report.html of the result that is reported.
 
-    A file is either put in place whole or not at all: all three are complete beside their
-    place before the first one moves there.
+    A file is either put in place whole or not at all: all are complete beside their place before
+    the first one moves there.
 
     Args:
         folder: where to; made if missing.
-        results: of all captures in order; refused ones are listed in summary and report.
+        log: what came of the captures; refused ones are listed in summary and report.
         provenance: where the results come from.
+        figures: write figures for papers, too, into a folder ``figures``.
 
     Raises:
-        ValueError: no result was measured.
+        ValueError: no result was measured, or there is no matplotlib for the figures.
         OSError: the folder cannot be written to.
     """
-    measured = [result for result in results if result.profile is not None]
-    if not measured:
-        refusals = '; '.join(result.refusal for result in results) or 'no captures'
+    result = log.reported
+    if result is None or result.profile is None:
+        refusals = '; '.join(log.refusals) or 'no captures'
         raise ValueError(f'expected a measured capture, found none: {refusals}')
-    last = measured[-1]
-    assert last.profile is not None
-    summary = summarize(results, provenance)
-    files = {'profile.csv': profile_csv(last.profile),
-             'summary.json': json.dumps(summary, indent=2, allow_nan=False) + '\n',
-             'report.html': report.render(last, summary)}
+    summary = summarize(log, provenance)
+    # A file name need not be valid Unicode; that must not cost the user the result.
+    files = {name: text.encode('utf-8', 'replace') for name, text in (
+        ('profile.csv', profile_csv(result.profile)),
+        ('summary.json', json.dumps(summary, indent=2, allow_nan=False) + '\n'),
+        ('report.html', report.render(log, summary, provenance.targets)))}
+    if figures:
+        # Imported late: matplotlib is an extra, and takes its time.
+        from bpc_perception.paper_figures import draw_figures
+
+        files |= {f'figures/{name}': data
+                  for name, data in draw_figures(result, provenance.targets).items()}
 
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix='.bpc-', dir=folder) as beside:
-        for name, text in files.items():
-            # A file name need not be valid Unicode; that must not cost the user the result.
-            (Path(beside) / name).write_bytes(text.encode('utf-8', 'replace'))
-        for name in files:
-            os.replace(Path(beside) / name, folder / name)
+        for name, data in files.items():
+            file = Path(beside, name)
+            file.parent.mkdir(exist_ok=True)
+            file.write_bytes(data)
+        if figures:
+            (folder / 'figures').mkdir(exist_ok=True)
+        # The summary comes last: where its fingerprint is right, so is all the rest.
+        for name in sorted(files, key='summary.json'.__eq__):
+            os.replace(Path(beside, name), folder / name)
     return [folder / name for name in files]
 
 
@@ -112,74 +127,38 @@ def profile_csv(profile: ThicknessProfile) -> str:
     return ''.join(','.join(row) + '\n' for row in rows)
 
 
-def summarize(results: Sequence[Result], provenance: Provenance) -> dict[str, Any]:
-    """The content of summary.json: the last measured result, every capture, the provenance."""
-    result = next(result for result in reversed(results) if result.profile is not None)
+def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
+    """The content of summary.json: the result reported, every capture, the provenance."""
+    result = log.reported
+    assert result is not None
     profile = result.profile
     assert profile is not None
     assert result.advice is not None
     statistics = profile.summary
+    even = uniformity(profile, provenance.targets)
     content = {
-        **_capture(result),
+        **log.entries[log.place],
         'method': profile.method,
-        'path_length_mm': float(np.ptp(profile.arc_length)) * MM if len(profile) else 0.0,
-        'thickness_mean_mm': statistics.thickness_mean * MM,
-        'thickness_std_mm': statistics.thickness_std * MM,
         'thickness_q1_mm': statistics.thickness_q1 * MM,
         'thickness_median_mm': statistics.thickness_median * MM,
         'thickness_q3_mm': statistics.thickness_q3 * MM,
-        'coverage': statistics.coverage,
-        'gap_count': statistics.gap_count,
-        'gap_length_mm': statistics.gap_length * MM,
+        'thickness_variation': even.variation,
+        'within_10_percent': even.within,
         'gaps': [{'start_mm': start, 'end_mm': end}
                  for start, end in (profile.gaps * MM).tolist()],
         'offset_mean_mm': statistics.offset_mean * MM,
         'offset_rms_mm': statistics.offset_rms * MM,
-        'warnings': [result.warning] if result.warning else [],
-        'advice': _advice(result.advice),
-        'captures': [_capture(result) for result in results],
+        'warnings': [*log.warnings, *([result.warning] if result.warning else [])],
+        'advice': advice_entry(result.advice),
+        'captures': log.entries,
         'bag': provenance.bag,
         'hand_eye': provenance.hand_eye,
         'settings': provenance.settings,
         'versions': provenance.versions,
+        'fingerprint': provenance.fingerprint,
     }
-    plain = _plain(content)
-    assert isinstance(plain, dict)
-    return plain
-
-
-def _capture(result: Result) -> dict[str, object]:
-    """What is to be said of one capture; a float of seconds cannot hold all of its stamp."""
-    stamp_ns, profile = result.capture.stamp_ns, result.profile
-    time = {'time_s': stamp_ns / NS, 'stamp_ns': stamp_ns}
-    if profile is None:
-        return {'capture': None, **time, 'refusal': result.refusal}
-    counts = np.bincount(profile.status, minlength=len(Status))
-    return {'print_id': profile.print_id, 'capture': profile.capture, **time,
-            'processing_time_s': profile.processing_time, 'samples': len(profile),
-            'counts': {status.name: int(counts[status]) for status in Status}}
-
-
-def _advice(advice: RateAdvice) -> dict[str, object]:
-    return {
-        'valid': advice.valid,
-        'reason': advice.reason.name,
-        'flow_rate_scale': advice.flow_rate_scale,
-        'speed_scale': advice.speed_scale,
-        'target_thickness_mm': advice.target_thickness * MM,
-        'measured_thickness_mm': advice.measured_thickness * MM,
-        'expected_thickness_mm': advice.expected_thickness * MM,
-        'delivery': advice.delivery,
-        'delivery_sigma': advice.delivery_sigma,
-        'lag_s': advice.lag,
-        'window_start_mm': advice.window[0] * MM,
-        'window_end_mm': advice.window[1] * MM,
-        'sample_count': advice.sample_count,
-        'confidence': advice.confidence,
-        'measurement_age_s': advice.measurement_age,
-        'valid_until_s': advice.valid_until_ns / NS,
-        'valid_until_ns': advice.valid_until_ns,
-    }
+    made: dict[str, Any] = plain(content)
+    return made
 
 
 def _cells(values: Array) -> list[str]:
@@ -190,14 +169,3 @@ def _seconds(stamp_ns: int) -> str:
     """Nanoseconds as seconds, to the last digit."""
     whole, rest = divmod(stamp_ns, NS)
     return f'{whole}.{rest:09d}'
-
-
-def _plain(value: object) -> object:
-    """The value in what strict JSON knows: NaN and infinity become None."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int | str) else str(value)

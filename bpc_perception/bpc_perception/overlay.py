@@ -33,11 +33,7 @@ def draw_overlay(result: Result) -> NDArray[np.uint8]:
     image = result.capture.image
     scale = max(1, -(-LEAST_WIDTH // image.shape[1]))
     picture = np.ascontiguousarray(np.repeat(np.repeat(image, scale, axis=0), scale, axis=1))
-    measured = profile.status == Status.MEASURED
-    for status in set(Status) - {Status.MEASURED}:
-        _dots(picture, result, profile.points[profile.status == status], COLOURS[status], scale)
-    _dots(picture, result, profile.left_points[measured], LEFT, scale)
-    _dots(picture, result, profile.right_points[measured], RIGHT, scale)
+    draw_samples(picture, result)
     _scale_bar(picture, result, scale)
     summary = profile.summary
     words = [(f'capture {profile.capture}: {1e3 * summary.thickness_mean:.3f} mm, '
@@ -50,6 +46,18 @@ def draw_overlay(result: Result) -> NDArray[np.uint8]:
     return picture
 
 
+def draw_samples(picture: NDArray[np.uint8], result: Result) -> None:
+    """Draw what came of each sample into a picture of the capture, of whatever size."""
+    profile = result.profile
+    assert profile is not None
+    scale = picture.shape[1] / result.capture.camera.width
+    measured = profile.status == Status.MEASURED
+    for status in set(Status) - {Status.MEASURED}:
+        _dots(picture, result, profile.points[profile.status == status], COLOURS[status], scale)
+    _dots(picture, result, profile.left_points[measured], LEFT, scale)
+    _dots(picture, result, profile.right_points[measured], RIGHT, scale)
+
+
 def path_pixels(result: Result, points: Array) -> Array:
     """Where points (N, 3) of the base frame lie in the image, as (N, 2); NaN = outside."""
     assert result.T_base_camera is not None
@@ -59,19 +67,24 @@ def path_pixels(result: Result, points: Array) -> Array:
 
 
 def _dots(picture: NDArray[np.uint8], result: Result, points: Array, colour: str,
-          scale: int) -> None:
+          scale: float) -> None:
     """Draw points (N, 3) as far as they are in the image."""
     uv = (path_pixels(result, points) + 0.5) * scale - 0.5
     for u, v in np.rint(uv[np.isfinite(uv).all(axis=1)] * 2**SHIFT).astype(int).tolist():
         cv2.circle(picture, (u, v), 2 << SHIFT, rgb(colour), -1, cv2.LINE_AA, SHIFT)
 
 
-def _scale_bar(picture: NDArray[np.uint8], result: Result, scale: int) -> None:
-    """Draw a length at the bottom, as it is in the middle of the path."""
+def pixel_size(result: Result) -> float:
+    """What a pixel of the image is long in the middle of the path [m]."""
     assert result.profile is not None
     assert result.T_base_camera is not None
     depth = np.median(transform(invert(result.T_base_camera), result.profile.points)[:, 2])
-    pixel = float(depth) / result.capture.camera.focal_length / scale
+    return float(depth) / result.capture.camera.focal_length
+
+
+def _scale_bar(picture: NDArray[np.uint8], result: Result, scale: int) -> None:
+    """Draw a length at the bottom, as it is in the middle of the path."""
+    pixel = pixel_size(result) / scale
     height, width = picture.shape[:2]
     length = max((length for length in LENGTHS if length <= BAR * width * pixel),
                  default=LENGTHS[0])

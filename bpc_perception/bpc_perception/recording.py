@@ -76,3 +76,8 @@ def captures(bag: Bag) -> Iterator[tuple[int, Capture]]:
             yield log_ns, capture
         for problem in pairer.give_up():
             logger.warning('%s', problem)
+
+
+def capture_count(bag: Bag) -> int | None:
+    """How many captures a recording has, complete or not; None where it does not say."""
+    return bag.count(find_topic(bag, topics.IMAGE, topics.CAMERA[topics.IMAGE]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from bpc_perception.bag import BagWriter
@@ -20,11 +21,13 @@ CAMERA_LATENCY_NS = 120_000_000  # from the stamp of a capture to its messages
 HAND_EYE, PARAMETERS = 'hand_eye.calib', 'params.yaml'
 
 
-def record(job: PrintJob, folder: str | Path, capture_period: float, target: float) -> None:
+def record(job: PrintJob, folder: str | Path, capture_period: float, target: float,
+           progress: Callable[[int, int], None] | None = None) -> None:
     """Write a print to a new bag, with captures every ``capture_period`` seconds and at its end.
 
     The hand-eye calibration and the parameters that belong to it, nozzle offset and
-    ``target`` thickness [m], are put beside the recording.
+    ``target`` thickness [m], are put beside the recording. ``progress`` is told how many captures
+    of how many are done.
     """
     times = [*np.arange(capture_period, job.duration - capture_period / 2, capture_period),
              job.duration]
@@ -47,6 +50,8 @@ def record(job: PrintJob, folder: str | Path, capture_period: float, target: flo
                 messages = capture_to_messages(capture)
                 for camera_topic, message in zip(topics.CAMERA, messages, strict=True):
                     bag.write(f'/{camera_topic}', log_ns, message)
+                if progress is not None:
+                    progress(times.index(t) + 1, len(times))
     (Path(folder) / HAND_EYE).write_text(yaml.safe_dump(hand_eye(job), sort_keys=False))
     (Path(folder) / PARAMETERS).write_text(yaml.safe_dump(parameters(job, target)))
 

@@ -13,9 +13,11 @@ from typing import Any, NoReturn
 import typer
 
 from bpc_perception.cli import (
+    batch,
     bench,
     calibrate,
     check,
+    compare,
     live,
     measure,
     record,
@@ -24,6 +26,7 @@ from bpc_perception.cli import (
     study,
     testing,
 )
+from bpc_perception.cli.terminal import WARNINGS
 
 REFUSED = 2
 INTERRUPTED = 130
@@ -37,39 +40,27 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None,
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),
-                      ('study', study.study), ('bench', bench.bench), ('check', check.check)):
+                      ('batch', batch.batch), ('compare', compare.compare),
+                      ('study', study.study), ('bench', bench.bench),
+                      ('check', check.check)):
     app.command(name)(command)
 app.add_typer(calibrate.app, name='calibrate')
-
-
-class HeldWarnings(logging.Handler):
-    """Keeps each warning once for the end: only then is it known what came of it."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.texts: dict[str, None] = {}
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Keep the message."""
-        self.texts[record.getMessage()] = None
 
 
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # nothing half-made is left either
-    warnings = HeldWarnings()
-    logging.getLogger().addHandler(warnings)
+    logging.getLogger().addHandler(WARNINGS)
     try:
         status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)
     except UsageError as error:
         command = error.ctx.command_path if error.ctx else 'bpc'
         refuse(f'{command}: {error.format_message()} ({command} --help says more)')
     except (ValueError, OSError) as error:
-        refuse(f'bpc: {error}' + ''.join(f'; {text}' for text in warnings.texts))
+        refuse(f'bpc: {error}' + ''.join(f'; {text}' for text in WARNINGS.texts))
     except typer.Abort:  # Ctrl-C
         sys.exit(INTERRUPTED)
-    for text in warnings.texts:
-        print(f'bpc: {text}', file=sys.stderr)
+    WARNINGS.tell()
     sys.exit(status)
 
 

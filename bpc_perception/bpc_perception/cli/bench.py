@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from importlib import import_module
 import json
 import os
@@ -13,7 +12,9 @@ from typing import Annotated, Any
 import typer
 
 from bpc_perception.cli import inputs
-from bpc_perception.cli.study import show, without_nan
+from bpc_perception.cli.options import QuietOption
+from bpc_perception.cli.study import table, without_nan
+from bpc_perception.cli.terminal import Terminal
 
 TITLES = {
     'core': 'The measurement, beside one blur + Canny + findContours of the same image',
@@ -33,22 +34,24 @@ def bench(
         min=1, metavar='S', help='How long to print, of live and recorder.')] = 60.0,
     quick: Annotated[bool, typer.Option(
         '--quick', help='The smallest of each only, of core and bag.')] = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Measure speed; what gives wrong results is refused, not timed."""
+    terminal = Terminal(quiet)
     if name not in TITLES:
         raise ValueError(f'bench: expected one of {", ".join(TITLES)}, found {name}')
     if json_file is not None and not json_file.absolute().parent.is_dir():
         raise ValueError(f'{json_file}: expected a file in a folder that exists, found none')
     # The simulator is a package of its own, needed by this command only.
     run: Callable[..., list[dict[str, Any]]] = import_module(f'bpc_sim.benchmarks.{name}').run
-    chosen = {'core': partial(run, quick), 'live': partial(run, seconds),
-              'recorder': partial(run, seconds)}
-    if name == 'bag':
-        sample = Path(os.environ.get('BPC_ROOT', '.')) / 'bags' / 'spiral_gaps'
-        rows = run(inputs.load(bag or sample, None, None), quick)
-    else:
+    sample = Path(os.environ.get('BPC_ROOT', '.')) / 'bags' / 'spiral_gaps'
+    with terminal.progress(name, None) as advance:
+        chosen: dict[str, Callable[[], list[dict[str, Any]]]] = {
+            'core': lambda: run(quick, advance), 'live': lambda: run(seconds, advance),
+            'recorder': lambda: run(seconds, advance),
+            'bag': lambda: run(inputs.load(bag or sample, None, None), quick, advance)}
         rows = chosen[name]()
-    show(TITLES[name], rows)
+    terminal.show(table(TITLES[name], rows))
     if json_file is not None:
         json_file.write_text(json.dumps([without_nan(row) for row in rows], indent=2) + '\n')
-        print(json_file)
+        terminal.files([json_file])

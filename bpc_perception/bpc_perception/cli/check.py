@@ -18,7 +18,8 @@ from rclpy.qos import ReliabilityPolicy
 import typer
 
 from bpc_perception import topics
-from bpc_perception.cli.options import RemapOption, remappings
+from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.conversions import ConversionError
 from bpc_perception.core.config import ConfigError, RecorderConfig, ThicknessConfig
 from bpc_perception.core.extruder import error_names
@@ -109,33 +110,38 @@ def check(
         '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
     remap: RemapOption = None,
     seconds: Annotated[float, typer.Option(help='How long to listen.')] = 5.0,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Ask before a print what is there; OK, WARN or FAIL for each, and what to do.
 
     The exit status is 1 if something fails.
     """
+    terminal = Terminal(quiet, json_lines)
     others = remappings(remap)
     found = list(_settings(hand_eye, parameters))
     found += judge_transport(os.environ, shutil.disk_usage('/dev/shm').free)
     found.append(judge_disk(str(Path.cwd()), shutil.disk_usage(Path.cwd()).free))
     for finding in found:
-        _show(finding)
+        _show(finding, terminal)
     rclpy.init(args=[])  # the command's own have := in them too
     node = rclpy.create_node('bpc_check')
     try:
         listener = Listener(node, configure(RecorderConfig(), 'path_recorder', parameters), others)
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.05)
+        start = time.monotonic()
+        with terminal.progress('listen', round(seconds)) as advance:
+            while (passed := time.monotonic() - start) < seconds:
+                rclpy.spin_once(node, timeout_sec=0.05)
+                advance(int(passed), round(seconds))
         for finding in listener.findings():
-            _show(finding)
+            _show(finding, terminal)
             found.append(finding)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
     failed = sum(finding.level == FAIL for finding in found)
     if failed:
-        print(f'{failed} of {len(found)} fail')
+        terminal.tell('failed', f'{failed} of {len(found)} fail', failed=failed, of=len(found))
         raise typer.Exit(1)
 
 
@@ -154,6 +160,7 @@ def _settings(hand_eye: Path, parameters: Path | None) -> Iterator[Finding]:
                   ', '.join(f'{value * 1e3:.2f}' for value in offset) + ' mm')
 
 
-def _show(finding: Finding) -> None:
+def _show(finding: Finding, terminal: Terminal) -> None:
     todo = f'; {finding.todo}' if finding.todo else ''
-    print(f'{finding.level:4} {finding.subject}: {finding.found}{todo}', flush=True)
+    terminal.tell('finding', f'{finding.level:4} {finding.subject}: {finding.found}{todo}',
+                  **finding._asdict())

@@ -10,9 +10,10 @@ import typer
 
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
-from bpc_perception.cli.options import RemapOption, remappings
+from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.cli.supervision import Supervisor
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import CameraConfig, ThicknessConfig
 from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.handeye import load_hand_eye
@@ -31,11 +32,14 @@ def live(
         '--camera', metavar='BACK_END', help='Take captures with this back end of the camera '
         'driver, in the thickness node\'s process; unless given, the camera publishes.')] = None,
     remap: RemapOption = None,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Measure a running print until Ctrl-C.
 
     Robot and extruder publish by themselves.
     """
+    terminal = Terminal(quiet, json_lines)
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
     if camera is not None:
@@ -43,7 +47,7 @@ def live(
     recorder = live_recorder(parameters)
     others = remappings(remap)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
-    with (monitoring(keep=1) as monitor,
+    with (monitoring(terminal, keep=1) as monitor,
           Nodes(parameters, remappings=others) as nodes):
         nodes.start('bpc_perception.nodes.path_recorder',
                     state_folder=recorder.state_folder or str(state_folder()))
@@ -52,7 +56,7 @@ def live(
         else:
             nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye),
                         back_end=camera)
-        print('Waiting for captures; Ctrl-C ends.')
+        terminal.say('Waiting for captures; Ctrl-C ends.')
         supervisor = Supervisor(nodes, monitor.node)
 
         def ended() -> bool:
@@ -63,7 +67,7 @@ def live(
         for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION):
             topic = others.get(name, name)
             if not monitor.publishers(topic):
-                print(f'  {topic}: nobody publishes it yet')
+                terminal.tell('silent', f'  {topic}: nobody publishes it yet', topic=topic)
         monitor.spin_until(ended)
 
 

@@ -7,10 +7,21 @@ from typing import Annotated
 import typer
 
 from bpc_perception.cli import inputs
-from bpc_perception.cli.options import BagArgument, HandEyeOption, OutOption, ParametersOption
+from bpc_perception.cli.options import (
+    BagArgument,
+    FiguresOption,
+    HandEyeOption,
+    JsonOption,
+    OutOption,
+    ParametersOption,
+    QuietOption,
+)
 from bpc_perception.cli.table import ResultTable
+from bpc_perception.cli.terminal import Terminal, WARNINGS
 from bpc_perception.offline import measure_bag
 from bpc_perception.outputs import write_outputs
+from bpc_perception.print_log import PrintLog
+from bpc_perception.recording import capture_count
 
 
 def measure(
@@ -22,31 +33,31 @@ def measure(
         metavar='N', help='Report this capture of the print, from 0; else the last.')] = None,
     all_captures: Annotated[bool, typer.Option(
         '--all', help='Write the outputs of every capture, each into its own folder.')] = False,
+    figures: FiguresOption = False,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Measure a recorded print, to the same digits as live."""
+    terminal = Terminal(quiet, json_lines)
     inputs.check_out(out)
+    inputs.check_figures(figures)
     given = inputs.load(bag, hand_eye, parameters)
-    table = ResultTable()
-    results = []
-    for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
-        table.add(result)
-        results.append(result)
-    measured = [result for result in results if result.profile is not None]
-    if not measured:
-        reasons = '; '.join(sorted({result.refusal for result in results})) or 'no capture'
+    table, log = ResultTable(terminal), PrintLog(capture)
+    with terminal.progress('measure', capture_count(given.bag)) as advance:
+        for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
+            table.add(result)
+            log.add(result)
+            if all_captures and result.profile is not None:
+                write_outputs(out / f'capture_{result.profile.capture:04d}',
+                              PrintLog.of([result]), given.provenance, figures)
+            advance()
+    if not log.numbers:
+        reasons = '; '.join(sorted(log.refusals)) or 'no capture'
         raise ValueError(f'{bag}: expected a capture that can be measured, found: {reasons}')
-    if capture is not None:
-        found = ', '.join(str(result.profile.capture) for result in measured if result.profile)
-        results = [result for result in measured
-                   if result.profile is not None and result.profile.capture == capture]
-        if not results:
-            raise ValueError(f'{bag}: expected capture {capture}, found {found}')
-    if results[-1].warning:
-        typer.echo(f'bpc: {results[-1].warning}', err=True)
-    if all_captures:
-        for result in measured:
-            assert result.profile is not None
-            write_outputs(out / f'capture_{result.profile.capture:04d}', [result],
-                          given.provenance)
-    for file in write_outputs(out, results, given.provenance):
-        print(file)
+    if log.reported is None:
+        raise ValueError(f'{bag}: expected capture {capture}, '
+                         f'found {", ".join(map(str, log.numbers))}')
+    if log.reported.warning:
+        terminal.warn(log.reported.warning)
+    log.warnings = list(WARNINGS.texts)
+    terminal.files(write_outputs(out, log, given.provenance, figures))

@@ -12,11 +12,14 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rich.console import RenderableType
 
 from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
 from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
 from bpc_perception import topics
+from bpc_perception.cli.live_view import view
 from bpc_perception.cli.table import ResultTable
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.conversions import advice_from_message, profile_from_message
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
@@ -36,12 +39,14 @@ class Monitor:
         warnings: the distinct warnings in the diagnostics, as far as they are shown.
     """
 
-    def __init__(self, node: Node, executor: SingleThreadedExecutor,
+    def __init__(self, node: Node, executor: SingleThreadedExecutor, terminal: Terminal,
                  keep: int | None = None) -> None:
         self._keep = keep
         self.node = node
         self._executor = executor
-        self._table = ResultTable()
+        self._terminal = terminal
+        self._table = ResultTable(terminal)
+        self._shown: tuple[int, float] | None = None  # stamp, when it came [s]
         self.profiles: dict[int, ThicknessProfile] = {}
         self.advice: dict[int, RateAdvice] = {}
         self.warnings: list[str] = []
@@ -64,6 +69,8 @@ class Monitor:
             if end is not None and time.monotonic() > end:
                 return False
             self._executor.spin_once(timeout_sec=0.05)
+            if self._shown is not None:
+                self._terminal.draw(self._view)
         return True
 
     def publishers(self, name: str) -> int:
@@ -101,6 +108,15 @@ class Monitor:
     def _show(self, stamp_ns: int) -> None:
         if stamp_ns in self.profiles and stamp_ns in self.advice:
             self._table.add_profile(self.profiles[stamp_ns], self.advice[stamp_ns])
+            self._shown = stamp_ns, time.monotonic()
+
+    def _view(self) -> RenderableType:
+        assert self._shown is not None
+        stamp_ns, arrived = self._shown
+        if stamp_ns not in self.profiles or stamp_ns not in self.advice:
+            return ''  # the next one's are under way
+        return view(self.profiles[stamp_ns], self.advice[stamp_ns], self._terminal.width,
+                    time.monotonic() - arrived)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -109,11 +125,11 @@ class Monitor:
             if (status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
                     and text not in self.warnings and len(self.warnings) < WARNINGS):
                 self.warnings.append(text)
-                print(f'  {text}')
+                self._terminal.tell('diagnostic', f'  {text}', text=text)
 
 
 @contextmanager
-def monitoring(keep: int | None = None) -> Iterator[Monitor]:
+def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]:
     """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly.
 
     It keeps the newest results, or all of them.
@@ -127,13 +143,14 @@ def monitoring(keep: int | None = None) -> Iterator[Monitor]:
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    monitor = Monitor(node, executor, keep)
+    monitor = Monitor(node, executor, terminal, keep)
     for number in before:
         signal.signal(number, monitor.interrupt)
     if early:
         monitor.interrupt()
     try:
-        yield monitor
+        with terminal.view():
+            yield monitor
     except KeyboardInterrupt:
         pass
     finally:

@@ -21,6 +21,13 @@ RemapOption = Annotated[list[str] | None, typer.Option(
     '--remap', metavar='TOPIC:=OTHER',
     help='Listen to another topic, as joint_states:=/lbr/joint_states; may be repeated.')]
 
+FiguresOption = Annotated[bool, typer.Option(
+    '--figures', help='Also write figures for papers, PDF and SVG, into DIR/figures.')]
+QuietOption = Annotated[bool, typer.Option(
+    '--quiet', help='Say nothing but errors.')]
+JsonOption = Annotated[bool, typer.Option(
+    '--json', help='Say everything as JSON, one object a line.')]
+
 
 def remappings(rules: list[str] | None) -> dict[str, str]:
     """Topic to the other that is listened to in its place. Raises ValueError."""

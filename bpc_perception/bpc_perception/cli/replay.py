@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 import os
 from pathlib import Path
 from typing import Annotated
@@ -13,16 +14,21 @@ from bpc_perception.cli import inputs
 from bpc_perception.cli.monitor import Monitor, monitoring
 from bpc_perception.cli.options import (
     BagArgument,
+    FiguresOption,
     HandEyeOption,
+    JsonOption,
     OutOption,
     ParametersOption,
+    QuietOption,
     SeparateOption,
 )
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.session import Result
 from bpc_perception.offline import measure_bag
 from bpc_perception.outputs import write_outputs
+from bpc_perception.print_log import PrintLog
 from bpc_perception.recording import captures
 
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
@@ -36,11 +42,16 @@ AFTERMATH = 10.0  # for the last results after the recording's end [s]
 def demo(
     out: OutOption = Path('demo'),
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
+    figures: FiguresOption = False,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Replay the sample print in real time through the three nodes."""
     root = Path(os.environ.get('BPC_ROOT', '.'))
-    print('A spiral of 174 mm is printed in one minute; the camera looks every 12 s.')
-    replay(root / 'bags' / 'spiral_gaps', out, rate=rate)
+    Terminal(quiet, json_lines).say(
+        'A spiral of 174 mm is printed in one minute; the camera looks every 12 s.')
+    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, figures=figures, quiet=quiet,
+           json_lines=json_lines)
 
 
 def replay(
@@ -51,17 +62,21 @@ def replay(
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
     loop: Annotated[bool, typer.Option('--loop', help='Again and again, until Ctrl-C.')] = False,
     separate: SeparateOption = False,
+    figures: FiguresOption = False,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Replay a recording through the nodes."""
+    terminal = Terminal(quiet, json_lines)
     inputs.check_out(out)
+    inputs.check_figures(figures)
     PlayerConfig(rate=rate)
     given = inputs.load(bag, hand_eye, parameters)
-    recorded = [capture for _, capture in captures(given.bag)]
-    if not recorded:
+    stamps = [capture.stamp_ns for _, capture in captures(given.bag)]
+    if not stamps:
         raise ValueError(f'{bag}: expected a complete capture, found none')
-    stamps = [capture.stamp_ns for capture in recorded]
-    with monitoring() as monitor, Nodes(
-            given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes:
+    with (monitoring(terminal) as monitor,
+          Nodes(given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes):
         monitor.expect_no_other_printer()
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
         nodes.start_measuring(
@@ -84,22 +99,23 @@ def replay(
 
         monitor.spin_until(played)
         monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
-    results = collect(monitor, given)
-    if not any(result.profile for result in results):
+    log = PrintLog()
+    with terminal.progress('collect', len(stamps)) as advance:
+        for result in collect(monitor, given):
+            log.add(result)
+            advance()
+    if log.reported is None:
         raise ValueError(f'{bag}: expected a profile, found none; '
                          f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
-    for file in write_outputs(out, results, given.provenance):
-        print(file)
+    terminal.files(write_outputs(out, log, given.provenance, figures))
 
 
-def collect(monitor: Monitor, given: inputs.Inputs) -> list[Result]:
+def collect(monitor: Monitor, given: inputs.Inputs) -> Iterator[Result]:
     """The live results, each with its recorded capture and the camera's pose then."""
-    results = []
     for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
         profile = monitor.profiles.get(result.capture.stamp_ns)
         advice = monitor.advice.get(result.capture.stamp_ns)
         if profile is None or advice is None:  # Ctrl-C may come between the two
             profile, advice = None, None
-        results.append(Result(result.capture, result.T_base_camera, profile, advice,
-                              result.refusal or 'no profile came'))
-    return results
+        yield Result(result.capture, result.T_base_camera, profile, advice,
+                     result.refusal or 'no profile came')

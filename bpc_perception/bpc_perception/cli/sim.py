@@ -12,8 +12,9 @@ import yaml
 
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
-from bpc_perception.cli.options import SeparateOption
+from bpc_perception.cli.options import JsonOption, QuietOption, SeparateOption
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import AdviceConfig, CameraConfig
 
 START_DELAY = 6.0  # until all nodes have found each other [s]
@@ -39,6 +40,8 @@ def sim(
         help='In a closed loop, what is corrected: flow or speed.')] = 'flow',
     seed: Annotated[int, typer.Option(help='In a closed loop: which printer.')] = 0,
     separate: SeparateOption = False,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
 ) -> None:
     """Print on the synthetic printer, measured live, in an open or a closed loop."""
     # The simulator is a package of its own, needed by this command only.
@@ -46,6 +49,7 @@ def sim(
     from bpc_sim.sample import record as record_print
     from bpc_sim.situations import SITUATIONS
 
+    terminal = Terminal(quiet, json_lines)
     if not 0.1 <= speed <= 500:
         raise ValueError(f'speed: expected 0.1 to 500 mm/s, found {speed:g}')
     rate = (1.0 if closed_loop else 0.5) if rate is None else rate
@@ -61,25 +65,27 @@ def sim(
             raise ValueError(f'scenario: expected one of {", ".join(SITUATIONS)}, '
                              f'found {scenario!r}')
         config = SimConfig(situation=scenario, speed=speed * 1e-3, seed=seed)
-        print_closed_loop(config, actuator, rate)
+        print_closed_loop(config, actuator, rate, terminal)
         return
     config = SimConfig(scenario=scenario or 'spiral_gaps', speed=speed * 1e-3)
     AdviceConfig(target_thickness=target * 1e-3)
     if record is not None:
-        record_print(config.job(), record, 1 / rate, target * 1e-3)
-        print(record)
+        with terminal.progress('record', None) as advance:
+            record_print(config.job(), record, 1 / rate, target * 1e-3, advance)
+        terminal.files([record])
         return
-    print_open_loop(config, rate, target * 1e-3, separate)
+    print_open_loop(config, rate, target * 1e-3, separate, terminal)
 
 
-def print_open_loop(config: Any, rate: float, target: float, separate: bool) -> None:
+def print_open_loop(config: Any, rate: float, target: float, separate: bool,
+                    terminal: Terminal) -> None:
     """Print as planned, and look on; target [m]."""
     from bpc_sim.sample import hand_eye, parameters
 
     job = config.job()
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), hand_eye(job), parameters(job, target))
-        with monitoring(keep=1) as monitor, Nodes(settings) as nodes:
+        with monitoring(terminal, keep=1) as monitor, Nodes(settings) as nodes:
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': config.scenario, 'speed': config.speed,
@@ -89,7 +95,7 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool) -> 
                                   calibration_in(settings), separate)
             nodes.start('bpc_sim.nodes.robot', **common)
             nodes.start('bpc_sim.nodes.extruder', **common)
-            announce(job, config)
+            announce(job, config, terminal)
             end_ns = start_ns + round(job.duration * 1e9)
 
             def complete() -> bool:
@@ -101,7 +107,7 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool) -> 
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
 
 
-def print_closed_loop(config: Any, actuator: str, rate: float) -> None:
+def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Terminal) -> None:
     """Print with what goes wrong, and with a controller that follows the advice."""
     from bpc_sim.closed_loop_live import loop_hand_eye, loop_parameters, report
     from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
@@ -111,7 +117,7 @@ def print_closed_loop(config: Any, actuator: str, rate: float) -> None:
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
-        with monitoring() as monitor, Nodes(settings) as nodes:
+        with monitoring(terminal) as monitor, Nodes(settings) as nodes:
             monitor.expect_no_other_printer()
             common = {'situation': config.situation, 'seed': config.seed, 'speed': config.speed}
             nodes.start('bpc_perception.nodes.path_recorder')
@@ -131,7 +137,7 @@ def print_closed_loop(config: Any, actuator: str, rate: float) -> None:
             # The print starts when the printer does.
             nodes.start('bpc_sim.nodes.printer', start_time_ns=time.time_ns() + round(
                 START_DELAY / 2 * 1e9), **common)
-            announce(job, config)
+            announce(job, config, terminal)
             # The speed may halve, and then there are captures no more where the camera is lost.
             patience = START_DELAY + 2 * job.duration + 10
 
@@ -145,7 +151,8 @@ def print_closed_loop(config: Any, actuator: str, rate: float) -> None:
             if not monitor.spin_until(complete, patience) and not monitor.profiles:
                 raise ValueError('expected profiles, found none; '
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
-            print(report(print_, list(monitor.profiles.values())[-1], actuator, rate))
+            text = report(print_, list(monitor.profiles.values())[-1], actuator, rate)
+            terminal.tell('report', text, text=text)
 
 
 def write_settings(folder: Path, hand_eye: dict[str, object],
@@ -162,7 +169,7 @@ def calibration_in(settings: Path) -> dict[str, str]:
     return {'hand_eye_file': str(settings.with_name('hand_eye.calib'))}
 
 
-def announce(job: Any, config: Any) -> None:
+def announce(job: Any, config: Any, terminal: Terminal) -> None:
     """Say how long it takes."""
-    print(f'{job.length * 1e3:.0f} mm at {config.speed * 1e3:g} mm/s: '
-          f'{job.duration + START_DELAY:.0f} s; Ctrl-C ends.')
+    terminal.say(f'{job.length * 1e3:.0f} mm at {config.speed * 1e3:g} mm/s: '
+                 f'{job.duration + START_DELAY:.0f} s; Ctrl-C ends.')

@@ -7,10 +7,11 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 import typer
+
+from bpc_perception.cli.options import QuietOption
+from bpc_perception.cli.terminal import Terminal
 
 
 def study(
@@ -24,11 +25,13 @@ def study(
     seeds: Annotated[int | None, typer.Option(
         min=1, metavar='N', help='How many variants of each print; each study has its own '
         'default.')] = None,
+    quiet: QuietOption = False,
 ) -> None:
     """Run a study on simulated prints of known thickness."""
     # The simulator is a package of its own, needed by this command only.
     from bpc_sim.studies import STUDIES
 
+    terminal = Terminal(quiet)
     if name not in STUDIES:
         raise ValueError(f'study: expected one of {", ".join(STUDIES)}, found {name}')
     chosen = STUDIES[name]
@@ -40,44 +43,37 @@ def study(
     if plot is not None and not (chosen.axes or chosen.draw):
         drawn = ', '.join(key for key, other in STUDIES.items() if other.axes or other.draw)
         raise ValueError(f'--plot: expected a study with a figure ({drawn}), found {name}')
-    console = Console(stderr=True)
-    with Progress(TextColumn(name), MofNCompleteColumn(), TimeElapsedColumn(), console=console,
-                  transient=True, disable=not console.is_terminal) as progress:
-        bar = progress.add_task(name)
-        rows = chosen.run(seeds, progress=lambda done, total: progress.update(
-            bar, completed=done, total=total))
-    show(chosen.title, rows)
+    with terminal.progress(name, None) as advance:
+        rows = chosen.run(seeds, progress=advance)
+    terminal.show(table(chosen.title, rows))
     if json_file is not None:
         json_file.write_text(json.dumps([without_nan(row) for row in rows], indent=2) + '\n')
-        print(json_file)
+        terminal.files([json_file])
     if plot is not None:
         from bpc_sim.studies.figures import figure
 
         page = chosen.draw() if chosen.draw else figure(chosen.title, rows, chosen.axes)
         plot.write_text(page, encoding='utf-8')
-        print(plot)
+        terminal.files([plot])
 
 
-def show(title: str, rows: list[dict[str, Any]]) -> None:
-    """Print rows as a table, rather wider than the terminal than with numbers cut short.
-
-    Few rows with many columns are turned by a quarter.
-    """
+def table(title: str, rows: list[dict[str, Any]]) -> Table:
+    """Rows as a table; few rows with many columns are turned by a quarter."""
     columns = list(dict.fromkeys(column for row in rows for column in row))
     cells = [[in_words(row.get(column, '')) for column in columns] for row in rows]
     turned = len(rows) < len(columns) / 2
-    table = Table(title=title, show_header=not turned)
+    made = Table(title=title, show_header=not turned)
     if turned:
-        table.add_column('')
+        made.add_column('')
         for _ in rows:
-            table.add_column('', justify='right', no_wrap=True)
+            made.add_column('', justify='right', no_wrap=True)
         cells = [[column, *values] for column, *values in zip(columns, *cells, strict=True)]
     else:
         for column in columns:
-            table.add_column(column, justify='right', no_wrap=True)
+            made.add_column(column, justify='right', no_wrap=True)
     for values in cells:
-        table.add_row(*values)
-    Console(width=max(Console().width, 260)).print(table)
+        made.add_row(*values)
+    return made
 
 
 def in_words(value: object) -> str:

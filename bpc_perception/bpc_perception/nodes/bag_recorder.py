@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -22,11 +23,16 @@ QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
 
 
 class BagRecorderNode(Node):
-    """Writes each message, still serialized, at the time it came."""
+    """Writes each message, still serialized, at the time it came.
 
-    def __init__(self, **kwargs: Any) -> None:
+    ``told``, if any, is told the messages by topic and the size of the file after each flush.
+    """
+
+    def __init__(self, told: Callable[[dict[str, int], int], None] | None = None,
+                 **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
         config = NodeConfig(self, BagRecorderConfig()).value
+        self._told = told
         self._diagnostics = Diagnostics(self)
         recorded = {}
         for name, kind in (topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS).items():
@@ -34,7 +40,7 @@ class BagRecorderNode(Node):
             full = self.resolve_topic_name(name)
             recorded[full] = topics.type_name(kind)
             self.create_subscription(kind, name, partial(self._write, full), qos, raw=True)
-        self.create_timer(FLUSH_PERIOD, lambda: self._bag.flush(), clock=steady_clock())
+        self.create_timer(FLUSH_PERIOD, self._flush, clock=steady_clock())
         # Last, since whoever is told to end while it makes a node leaves it half made.
         self._bag = BagWriter(config.bag)
         for full, type_name in recorded.items():
@@ -45,15 +51,23 @@ class BagRecorderNode(Node):
         self._bag.write(topic, self.get_clock().now().nanoseconds, data)
         self._diagnostics.count(topic)
 
+    def _flush(self) -> None:
+        self._bag.flush()
+        if self._told is not None:
+            self._told(*self._bag.written)
+
     def destroy_node(self) -> None:
         """Complete the bag as well."""
         self._bag.close()
         super().destroy_node()
 
 
-def main() -> None:
+def main(told: Callable[[dict[str, int], int], None] | None = None) -> None:
     """Run the node."""
-    run(BagRecorderNode, carries_captures=True, fast_streams=True)
+    def bag_recorder() -> BagRecorderNode:
+        return BagRecorderNode(told)
+
+    run(bag_recorder, carries_captures=True, fast_streams=True)
 
 
 if __name__ == '__main__':

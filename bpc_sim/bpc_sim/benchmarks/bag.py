@@ -11,12 +11,12 @@ from bpc_perception.recording import find_topics
 import numpy as np
 
 from bpc_perception import topics
-from bpc_sim.benchmarks.timing import interleaved
+from bpc_sim.benchmarks.timing import interleaved, silent, Told
 
 Row = dict[str, object]
 
 
-def run(given: Inputs, quick: bool = False) -> list[Row]:
+def run(given: Inputs, quick: bool = False, progress: Told = silent) -> list[Row]:
     """Rows of reading a recording, and of measuring it too; the same twice, or ValueError."""
     first, second = thicknesses(given), thicknesses(given)
     if not first:
@@ -25,11 +25,19 @@ def run(given: Inputs, quick: bool = False) -> list[Row]:
     for one, other in zip(first, second, strict=True):
         if not np.array_equal(one, other, equal_nan=True):
             raise ValueError('bench bag: expected the same twice, found profiles that differ')
+    rounds, done = 1 if quick else 5, 0
+
+    def timed(read_so: Callable[[Inputs], object]) -> None:
+        nonlocal done
+        read_so(given)
+        done += 1
+        progress(done, 2 * (1 + rounds))
+
     runs: dict[str, Callable[[], object]] = {
-        'read': partial(read, given), 'read and measure': partial(thicknesses, given)}
+        'read': partial(timed, read), 'read and measure': partial(timed, thicknesses)}
     return [{'what': name, 'captures': len(first), 'median_s': median, 'p95_s': p95,
              'captures_per_s': len(first) / median}
-            for name, (median, p95) in interleaved(runs, 1 if quick else 5, np.inf).items()]
+            for name, (median, p95) in interleaved(runs, rounds, np.inf).items()]
 
 
 def thicknesses(given: Inputs) -> list[np.ndarray]:

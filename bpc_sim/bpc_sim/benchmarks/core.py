@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_sim.benchmarks.timing import interleaved, ROUNDS
+from bpc_sim.benchmarks.timing import interleaved, ROUNDS, silent, Told
 from bpc_sim.benchmarks.transcription import transcribed
 from bpc_sim.curves import archimedean, meander
 from bpc_sim.deposit import constant_width, Deposit
@@ -80,16 +80,20 @@ class Print:
         return float(error[given].mean()) if given.mean() >= ANSWERED else np.inf
 
 
-def run(quick: bool = False) -> list[Row]:
+def run(quick: bool = False, progress: Told = silent) -> list[Row]:
     """Rows of all sizes, and of a print that grows."""
     cv2.setNumThreads(1)  # as in the nodes, whose neighbours want the other cores
     rows = []
-    for width, height in SIZES[:1] if quick else SIZES:
+    sizes, points = (SIZES[:1], POINTS[:1]) if quick else (SIZES, POINTS)
+    done = 0
+    for width, height in sizes:
         # Square images are full, a camera's picture a quarter.
         side = width if width == height else int(np.sqrt(width * height / 4))
         drawn = spiral(width, height, side)
-        for count in POINTS[:1] if quick else POINTS:
+        for count in points:
             rows += compare(drawn, count, 3 if quick else ROUNDS)
+            done += 1
+            progress(done, len(sizes) * len(points) + 1)  # and the print that grows
     return rows + grow(LENGTHS[:1] if quick else LENGTHS, 3 if quick else ROUNDS)
 
 

@@ -8,6 +8,7 @@ next capture is due.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 import sys
 from typing import Any
@@ -21,7 +22,8 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
-from bpc_sim.benchmarks.printer import memory_mb, Printer, printing
+from bpc_sim.benchmarks.printer import memory_mb, Printer, printing, START_DELAY
+from bpc_sim.benchmarks.timing import clock, silent, Told
 from bpc_sim.config import SimConfig
 from bpc_sim.sample import CAMERA_LATENCY_NS
 
@@ -33,12 +35,13 @@ SMALL: dict[str, Any] = {'scenario': 'archimedean', 'finished': True, 'pose_rate
 FULL = {**SMALL, 'full_size': True}
 
 
-def run(seconds: float) -> list[dict[str, object]]:
+def run(seconds: float, progress: Told = silent) -> list[dict[str, object]]:
     """Verify, then time for this long each: composed, separate, memory."""
     verify()
+    tick = clock(progress, 3 * (START_DELAY + WARM_UP + seconds))
     speed = SimConfig(**FULL).job().length / (seconds + WARM_UP)
-    return [*(latency(seconds, speed, separate) for separate in (False, True)),
-            memory(seconds, speed)]
+    return [*(latency(seconds, speed, separate, tick) for separate in (False, True)),
+            memory(seconds, speed, tick)]
 
 
 def verify() -> None:
@@ -60,9 +63,10 @@ def verify() -> None:
         assert getattr(first, name).tobytes() == getattr(second, name).tobytes(), name
 
 
-def latency(seconds: float, speed: float, separate: bool) -> dict[str, object]:
+def latency(seconds: float, speed: float, separate: bool,
+            tick: Callable[[], None]) -> dict[str, object]:
     """Capture to advice, in one process or across processes."""
-    with printing({**FULL, 'speed': speed}, CAPTURE_RATE, separate) as printer:
+    with printing({**FULL, 'speed': speed}, CAPTURE_RATE, separate, tick=tick) as printer:
         begin_ns = printer.start_ns + round(WARM_UP * 1e9)
         end_ns = begin_ns + round(seconds * 1e9)
         printer.listen_until(begin_ns)
@@ -102,9 +106,9 @@ def latency(seconds: float, speed: float, separate: bool) -> dict[str, object]:
             'memory_begin_mb': before, 'memory_end_mb': resident(printer, separate)}
 
 
-def memory(seconds: float, speed: float) -> dict[str, object]:
+def memory(seconds: float, speed: float, tick: Callable[[], None]) -> dict[str, object]:
     """Memory of the composed process over many small captures."""
-    with printing({**SMALL, 'speed': speed}, SMALL_RATE, separate=False) as printer:
+    with printing({**SMALL, 'speed': speed}, SMALL_RATE, separate=False, tick=tick) as printer:
         begin_ns = printer.start_ns + round(WARM_UP * 1e9)
         printer.listen_until(begin_ns + round(0.2 * seconds * 1e9))
         warm, captures = resident(printer, False), printer.count('camera_driver', 'captures')

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 import os
@@ -31,13 +31,15 @@ class Printer:
 
     Attributes:
         nodes: the processes.
+        tick: called again and again while time passes.
         graph: of the benchmark's own node, ``peer``.
         start_ns: when the print starts.
         advice, profiles: (time of arrival [ns], message), in order.
     """
 
-    def __init__(self, graph: Graph, nodes: Nodes, start_ns: int) -> None:
-        self.graph, self.nodes, self.start_ns = graph, nodes, start_ns
+    def __init__(self, graph: Graph, nodes: Nodes, start_ns: int,
+                 tick: Callable[[], None]) -> None:
+        self.graph, self.nodes, self.start_ns, self.tick = graph, nodes, start_ns, tick
         self.peer: Node = graph.make(Node, 'benchmark')
         self.advice: list[tuple[int, RateAdvice]] = []
         self.profiles: list[tuple[int, ThicknessProfile]] = []
@@ -61,6 +63,7 @@ class Printer:
         while time.time_ns() < time_ns:
             self.nodes.check()
             self.graph.executor.spin_once(timeout_sec=0.05)
+            self.tick()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -74,7 +77,7 @@ def _note(heard: list[tuple[int, Any]], message: Any) -> None:
 
 @contextmanager
 def printing(sim: dict[str, Any], rate: float, separate: bool,
-             robot: bool = True) -> Iterator[Printer]:
+             robot: bool = True, tick: Callable[[], None] = lambda: None) -> Iterator[Printer]:
     """A print that starts ``START_DELAY`` from now, captured at a rate [Hz].
 
     ``sim`` has the values of SimConfig but the start; without ``robot`` the caller sends its poses
@@ -97,7 +100,7 @@ def printing(sim: dict[str, Any], rate: float, separate: bool,
                 if robot:
                     nodes.start('bpc_sim.nodes.robot', **common)
                     nodes.start('bpc_sim.nodes.extruder', **common)
-                yield Printer(graph, nodes, start_ns)
+                yield Printer(graph, nodes, start_ns, tick)
         finally:
             graph.close()
             del os.environ['ROS_DOMAIN_ID']

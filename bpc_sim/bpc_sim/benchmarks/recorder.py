@@ -12,7 +12,8 @@ from rclpy.publisher import Publisher
 from bpc_interfaces.msg import DepositionPath
 from bpc_perception import topics
 from bpc_sim.benchmarks.live import CAPTURE_RATE, FULL
-from bpc_sim.benchmarks.printer import cpu_time, memory_mb, Printer, printing
+from bpc_sim.benchmarks.printer import cpu_time, memory_mb, Printer, printing, START_DELAY
+from bpc_sim.benchmarks.timing import clock, silent, Told
 from bpc_sim.config import SimConfig
 from bpc_sim.messages import extruder_message, EXTRUDER_RATE, robot_message
 from bpc_sim.print_job import PrintJob
@@ -21,12 +22,13 @@ POSE_RATE = 1000  # [Hz]
 BEFORE = 1.0  # of poses, before what is timed [s]
 
 
-def run(seconds: float) -> list[dict[str, object]]:
+def run(seconds: float, progress: Told = silent) -> list[dict[str, object]]:
     """Verify that the path is the one that was driven; poses lost and share of a core."""
     speed = SimConfig(**FULL).job().length / seconds
     sim = {**FULL, 'speed': speed}
     job = SimConfig(**sim).job()
-    with printing(sim, CAPTURE_RATE, separate=True, robot=False) as printer:
+    tick = clock(progress, START_DELAY + seconds + BEFORE + 3)
+    with printing(sim, CAPTURE_RATE, separate=True, robot=False, tick=tick) as printer:
         paths: list[DepositionPath] = []
         printer.peer.create_subscription(DepositionPath, topics.PATH, paths.append,
                                          topics.PATH_QOS)
@@ -71,6 +73,8 @@ def send(job: PrintJob, printer: Printer, poses: Publisher, states: Publisher, s
             poses.publish(messages[number])
             if number % every == 0:
                 states.publish(extruder[number // every])
+        if sent // POSE_RATE < due // POSE_RATE:
+            printer.tick()
         sent = due
         time.sleep(0.2 / POSE_RATE)
     return sent, cpu_time(pid) - used

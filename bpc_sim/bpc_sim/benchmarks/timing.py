@@ -8,7 +8,12 @@ import time
 import numpy as np
 
 ROUNDS = 15
+Told = Callable[[int, int], None]  # of how much of how much is done
 SLOW = 1.0  # [s]
+
+
+def silent(_done: int, _total: int) -> None:
+    """Nobody wants to be told."""
 
 
 def interleaved(runs: Mapping[str, Callable[[], object]],
@@ -25,6 +30,12 @@ def interleaved(runs: Mapping[str, Callable[[], object]],
                 taken[name].append(seconds(run))
     return {name: (float(np.median(times)), float(np.percentile(times, 95)))
             for name, times in ((name, taken[name] or [first[name]]) for name in runs)}
+
+
+def clock(progress: Told, expected: float) -> Callable[[], None]:
+    """What tells, whenever it is called, how much of the time expected has passed [s]."""
+    start = time.monotonic()
+    return lambda: progress(min(int(time.monotonic() - start), int(expected)), int(expected))
 
 
 def seconds(run: Callable[[], object]) -> float:

@@ -1,0 +1,78 @@
+"""``bpc batch``: every recording below a folder."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bpc_perception.cli import inputs
+from bpc_perception.cli.options import (
+    HandEyeOption,
+    JsonOption,
+    ParametersOption,
+    QuietOption,
+)
+from bpc_perception.cli.terminal import Terminal
+
+NEEDED = ('distributed', 'pyarrow')
+
+
+def batch(
+    folder: Annotated[Path, typer.Argument(
+        metavar='DIR', help='Folder with recordings in it or below.')],
+    out: Annotated[Path, typer.Option(
+        '--out', metavar='OUT', help='Folder for the table and a folder of results each.')],
+    hand_eye: HandEyeOption = None,
+    parameters: ParametersOption = None,
+    workers: Annotated[int | None, typer.Option(
+        min=1, metavar='N', help='Processes on this computer; unless given, one for each core.',
+    )] = None,
+    scheduler: Annotated[str | None, typer.Option(
+        metavar='ADDRESS', help='Of a running Dask cluster that sees the same folders, as '
+        'tcp://host:8786, instead of this computer\'s cores.')] = None,
+    quiet: QuietOption = False,
+    json_lines: JsonOption = False,
+) -> None:
+    """Measure every recording below a folder; what is done already is not done again.
+
+    The exit status is 1 if one of them failed.
+    """
+    terminal = Terminal(quiet, json_lines)
+    inputs.check_out(out)
+    for name in NEEDED:
+        if find_spec(name) is None:
+            raise ValueError(f'batch: expected the package {name}, found none')
+    if not folder.is_dir():
+        raise ValueError(f'{folder}: expected a folder, found none')
+    # Imported late: only this command needs a cluster.
+    from bpc_perception import batch
+
+    todo = batch.jobs(folder, out, hand_eye, parameters)
+    count = min(workers or os.cpu_count() or 1, len(todo))
+    with (terminal.progress('batch', len(todo)) as advance,
+          batch.cluster(scheduler, count) as client):
+        def told(row: dict[str, Any], new: bool) -> None:
+            terminal.tell('print', in_words(row, new), **row, measured=new)
+            advance()
+
+        rows = batch.run(client, todo, told)
+    terminal.files(batch.write_table(out, rows))
+    failed = [row for row in rows if row['exit_status']]
+    if failed:
+        terminal.say(f'{len(failed)} of {len(rows)} failed:')
+        for row in failed:
+            terminal.say(f'  {row["bag"]}: exit status {row["exit_status"]}: {row["reason"]}')
+        raise typer.Exit(1)
+
+
+def in_words(row: dict[str, Any], new: bool) -> str:
+    """A row as a line for people."""
+    if row['exit_status']:
+        return f'{row["bag"]}: failed'
+    mean, std = row['thickness_mean_mm'], row['thickness_std_mm']
+    found = 'nothing measured' if mean is None else f'{mean:.3f} ± {std:.3f} mm'
+    return f'{row["bag"]}: {found}' + ('' if new else ', measured before')
