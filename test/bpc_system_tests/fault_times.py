@@ -30,7 +30,7 @@ from .ros_graph import Listener, listening, own_domain, start_delay
 
 SCENARIO, SPEED, TARGET = 'spiral_gaps', 0.0005, 2e-3  # a print of six minutes
 CAMERA_RATE = 2.0  # [Hz]
-REST = 25.0  # between two deaths, of which three in a minute end it all [s]
+REST = 35.0  # between two deaths: three in a minute would end it all [s]
 
 
 @contextmanager

@@ -143,17 +143,14 @@ class Nodes:
         for process in self._processes.values():
             if process.poll() is None:
                 process.terminate()  # unlike SIGINT also silent while it still loads
-        end, killed = time.monotonic() + END_PATIENCE, False
+        end = time.monotonic() + END_PATIENCE
         for name, process in reversed(self._processes.items()):
             try:
                 process.wait(max(end - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
-                killed = True
             self._close_pipe(name)
-        if killed:
-            shared_memory.clean()
         if error is None or kind is KeyboardInterrupt:
             for log in self._log_files.values():
                 log.unlink(missing_ok=True)
