@@ -43,8 +43,12 @@ class BagRecorderNode(Node):
         self.create_timer(FLUSH_PERIOD, self._flush, clock=steady_clock())
         # Last, since whoever is told to end while it makes a node leaves it half made.
         self._bag = BagWriter(config.bag)
-        for full, type_name in recorded.items():
-            self._bag.add_topic(full, type_name)
+        try:
+            for full, type_name in recorded.items():
+                self._bag.add_topic(full, type_name)
+        except BaseException:
+            self._bag.close()
+            raise
         self.get_logger().info(f'recording into {config.bag}')
 
     def _write(self, topic: str, data: bytes) -> None:
