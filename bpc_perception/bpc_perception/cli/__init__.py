@@ -6,7 +6,6 @@ Built with Typer, which makes options, types and help from the functions' own si
 from __future__ import annotations
 
 import logging
-import signal
 import sys
 from typing import Any, NoReturn
 
@@ -49,7 +48,6 @@ app.add_typer(calibrate.app, name='calibrate')
 
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # nothing half-made is left either
     logging.getLogger().addHandler(WARNINGS)
     try:
         status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)

@@ -22,6 +22,7 @@ from bpc_perception.cli.options import (
     QuietOption,
     SeparateOption,
 )
+from bpc_perception.cli.page import linger, PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
@@ -43,6 +44,7 @@ def demo(
     out: OutOption = Path('demo'),
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
     figures: FiguresOption = False,
+    page: PageOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -50,8 +52,8 @@ def demo(
     root = Path(os.environ.get('BPC_ROOT', '.'))
     Terminal(quiet, json_lines).say(
         'A spiral of 174 mm is printed in one minute; the camera looks every 12 s.')
-    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, figures=figures, quiet=quiet,
-           json_lines=json_lines)
+    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, figures=figures, page=page,
+           quiet=quiet, json_lines=json_lines)
 
 
 def replay(
@@ -63,6 +65,7 @@ def replay(
     loop: Annotated[bool, typer.Option('--loop', help='Again and again, until Ctrl-C.')] = False,
     separate: SeparateOption = False,
     figures: FiguresOption = False,
+    page: PageOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -76,7 +79,8 @@ def replay(
     if not stamps:
         raise ValueError(f'{bag}: expected a complete capture, found none')
     with (monitoring(terminal) as monitor,
-          Nodes(given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes):
+          Nodes(given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes,
+          serving(page, terminal, use_sim_time=True)):
         monitor.expect_no_other_printer()
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
         nodes.start_measuring(
@@ -99,6 +103,7 @@ def replay(
 
         monitor.spin_until(played)
         monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
+        linger(page, terminal, monitor)
     log = PrintLog()
     with terminal.progress('collect', len(stamps)) as advance:
         for result in collect(monitor, given):

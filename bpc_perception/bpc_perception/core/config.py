@@ -341,6 +341,16 @@ class BagRecorderConfig(Config):
 
 
 @dataclass(frozen=True)
+class PageConfig(Config):
+    """All of the live page."""
+
+    port: Annotated[int, Parameter(
+        'Where the page is served on this computer; 0 = any port that is free', '', 0, 65535,
+        read_only=True)] = 8770
+    process: ProcessConfig = field(default_factory=lambda: ProcessConfig(niceness=5))
+
+
+@dataclass(frozen=True)
 class PlungerConfig(Config):
     """Geometry of syringe and drive."""
 
