@@ -17,7 +17,7 @@ from bpc_perception.conversions import (
 )
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.geometry import transform
-from bpc_perception.core.path_assembly import PrintTracker
+from bpc_perception.core.path_assembly import JumpError, PrintTracker
 from bpc_perception.core.session import HandEye, Result, Session
 from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.recording import find_topic, find_topics
@@ -51,15 +51,15 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
         try:
             if name == poses.topic:
                 stamp_ns, pose = poses.read(message, log_ns)
-                tracker.add_pose(stamp_ns, transform(pose, tip))
                 session.add_flange_pose(stamp_ns, pose)
+                tracker.add_pose(stamp_ns, transform(pose, tip))
             elif name == topics.EXTRUSION:
                 tracker.add_extruder(extruder_from_message(message))
             elif name == topics.PATH:
                 session.set_path(path_from_message(message))
             elif (capture := pairer.add(name, message)) is not None:
                 session.add_capture(capture)
-        except ConversionError as error:
+        except (ConversionError, JumpError) as error:
             logger.warning('%s', error)
         for problem in pairer.give_up():
             logger.warning('%s', problem)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.geometry import Array, transform
+from bpc_perception.core.growing_path import GrowingPath
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.path_assembly import ExtruderSample, PathAssembler, PrintTracker
 from bpc_perception.core.profile import Status, ThicknessProfile
@@ -134,6 +135,7 @@ def feed(target: PathAssembler | PrintTracker, times: Array, tips: Array,
 def assemble(times: Array, tips: Array, states: Iterable[ExtruderSample],
              config: PathConfig | None = None) -> PathAssembler:
     """A print from positions (N, 3) at times (N,) [s], and extruder states."""
-    assembler = PathAssembler('print', START_NS, config or PathConfig(smoothing_time=0))
+    assembler = PathAssembler(GrowingPath('print', START_NS),
+                              config or PathConfig(smoothing_time=0))
     feed(assembler, times, tips, states)
     return assembler

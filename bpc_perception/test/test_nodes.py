@@ -46,6 +46,7 @@ from bpc_perception.conversions import (
 from bpc_perception.drivers.bag import BagCamera
 from bpc_perception.handeye import HandEyeError
 from bpc_perception.nodes.camera_driver import CameraDriverNode
+from bpc_perception.nodes.path_follower import PathFollower
 from bpc_perception.nodes.path_recorder import PathRecorderNode
 from bpc_perception.nodes.thickness import ThicknessNode
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -83,7 +84,7 @@ class Bench:
         self._publishers: dict[str, Any] = {}
         self.listen('/diagnostics', DiagnosticArray, QoSProfile(depth=100))
         # By itself it publishes once a second only, which most tests here would wait for.
-        self.peer.create_timer(0.1, self.node._diagnostics.publish)
+        self.timer = self.peer.create_timer(0.1, self.node._diagnostics.publish)
 
     def until(self, condition: Callable[[], Any], timeout: float = 10.0) -> None:
         self.graph.spin_until(condition, timeout)
@@ -213,7 +214,7 @@ def test_viewers_get_the_path_too(graph: Any) -> None:
 
 
 def test_start_and_stop_by_service(graph: Any) -> None:
-    bench = recorder(graph, path__auto=False)
+    bench = recorder(graph, path__auto=False, watch__maximum_lead=60.0)
     paths = bench.listen(topics.PATH, topics.RESULTS[topics.PATH], topics.PATH_QOS)
     assert not bench.call('path_recorder/stop').success
     started = bench.call('path_recorder/start')
@@ -249,7 +250,7 @@ def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
 
 
 def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
-    bench = recorder(graph)
+    bench = recorder(graph, watch__warn_after=0.0)  # what comes once falls silent
     wrong_frame, not_a_number, good = flange_pose(0.2), flange_pose(0.3), flange_pose(0.4)
     wrong_frame.header.frame_id = 'world'
     not_a_number.pose.position.y = np.nan
@@ -264,6 +265,112 @@ def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
     # What is over is no warning any more, but stays counted.
     bench.until(lambda: bench.statuses[-1].level == DiagnosticStatus.OK)
     assert bench.diagnosed('refused: pose') == '3'
+
+
+FUTURE_NS = (2**31 - 60) * SECOND  # as far as messages reach
+
+
+def test_poses_and_states_of_the_future_do_not_keep_out_those_that_follow(graph: Any) -> None:
+    bench = recorder(graph, watch__warn_after=0.0)
+    bench.send(topics.POSE, flange_pose(0, start_ns=FUTURE_NS), flange_pose(0.1))
+    bench.send(topics.EXTRUSION, extrusion(0, False, FUTURE_NS), extrusion(0.1, False))
+    bench.until(lambda: bench.diagnosed('poses') == '1'
+                and bench.diagnosed('extrusion states') == '1')
+    assert bench.diagnosed('refused: pose') == '1'
+    assert bench.diagnosed('refused: extrusion_state') == '1'
+    assert 'found one of the future' in bench.diagnosed('last refusal')
+
+
+def test_an_extruder_in_error_is_warned_of(graph: Any) -> None:
+    bench = recorder(graph, watch__warn_after=0.0)
+    state = extrusion(0.1)
+    state.error_status = 1 << 6
+    bench.send(topics.EXTRUSION, state)
+    bench.until(lambda: bench.diagnosed('last warning').endswith('found error_status 64'))
+    assert bench.diagnosed('extrusion states') == '1'
+    assert DiagnosticStatus.WARN in [status.level for status in bench.statuses]
+
+
+def test_poses_that_jump_are_counted(graph: Any) -> None:
+    bench = recorder(graph, watch__warn_after=0.0)
+    bench.send(topics.POSE, flange_pose(0.1), flange_pose(0.11, speed=10.0), flange_pose(0.12))
+    bench.until(lambda: bench.diagnosed('poses') == '2')
+    assert bench.diagnosed('refused: pose') == '1'
+    assert bench.diagnosed('last refusal').endswith('found a jump')
+
+
+def test_a_recorder_started_again_goes_on_with_its_print(graph: Any, tmp_path: Path) -> None:
+    """Those who follow the path have the same points as the recorder, before and after."""
+    first = recorder(graph, state_folder=str(tmp_path))
+    followed: list[Any] = []
+    PathFollower(first.peer, BASE, followed.append, followed.append)
+    before = path_from_message(print_line(first)[-1])
+    first.timer.cancel()
+    graph.executor.remove_node(first.node)
+    # As after a kill: it says nothing any more, and the file is as it was.
+    first.node.destroy_node()
+    graph._nodes.remove(first.node)
+    again = recorder(graph, state_folder=str(tmp_path))
+    paths = again.listen(topics.PATH, topics.RESULTS[topics.PATH], topics.PATH_QOS)
+    again.until(lambda: paths)
+    assert path_from_message(paths[-1]).print_id == before.print_id
+    again.until(lambda: 'is resumed' in again.diagnosed('last warning'))
+    again.send(topics.EXTRUSION, *(extrusion(t) for t in np.arange(6, 9, 0.1)))
+    again.send(topics.POSE, *(flange_pose(t) for t in np.arange(6, 9, 0.05)))
+    again.until(lambda: paths[-1].complete_until > 8.5
+                and followed[-1].complete_until == paths[-1].complete_until)
+    after = path_from_message(paths[-1])
+    assert (after.print_id, after.start_ns) == (before.print_id, before.start_ns)
+    np.testing.assert_array_equal(after.points[:len(before)], before.points)
+    np.testing.assert_array_equal(followed[-1].points, after.points)
+    gap = np.flatnonzero(np.diff(after.time) > 1.0)
+    assert len(gap) == 1
+    assert after.time[gap[0]] < 3.0 < 5.9 < after.time[gap[0] + 1]
+
+
+def test_a_folder_that_cannot_be_written_to_costs_no_print(graph: Any, tmp_path: Path) -> None:
+    (tmp_path / 'file').touch()
+    bench = recorder(graph, state_folder=str(tmp_path / 'file'))
+    assert len(print_line(bench)[-1].x) > 100
+    assert bench.diagnosed('refused: state_folder') == '1'
+
+
+def test_a_full_disk_costs_no_print(graph: Any, tmp_path: Path) -> None:
+    (tmp_path / 'running_print.tmp').symlink_to('/dev/full')
+    bench = recorder(graph, state_folder=str(tmp_path))
+    assert len(print_line(bench)[-1].x) > 100
+    bench.until(lambda: bench.diagnosed('refused: journal') == '1')
+    assert 'No space left on device' in bench.diagnosed('last refusal')
+
+
+def test_silence_of_an_input_is_said_at_once_and_until_it_is_over(graph: Any) -> None:
+    """Not with the next of the diagnostics that come each second."""
+    bench = recorder(graph, watch__warn_after=0.2, watch__error_after=0.4)
+    bench.timer.cancel()
+    states = bench.received['/diagnostics']
+    bench.until(lambda: states and states[-1].status[0].level == DiagnosticStatus.STALE)
+    for number in range(20):
+        bench.send(topics.POSE, flange_pose(0.1 * number))
+        bench.send(topics.EXTRUSION, extrusion(0.1 * number, False))
+    bench.until(lambda: states[-1].status[0].level == DiagnosticStatus.ERROR)
+    levels = [state.status[0].level for state in states]
+    ok, warn, error = (len(levels) - 1 - levels[::-1].index(level) for level in (
+        DiagnosticStatus.STALE, DiagnosticStatus.WARN, DiagnosticStatus.ERROR))
+    assert ok < warn < error == len(levels) - 1
+    published = [state.header.stamp.sec + state.header.stamp.nanosec * 1e-9
+                 for state in states[warn:]]
+    assert published[-1] - published[0] < 0.9  # a period of the diagnostics is 1 s
+    assert 'found lasting silence' in states[-1].status[0].message
+    sent = 20
+
+    def heard_again() -> bool:
+        nonlocal sent
+        sent += 1
+        bench.send(topics.POSE, flange_pose(0.1 * sent))
+        bench.send(topics.EXTRUSION, extrusion(0.1 * sent, False))
+        return bool(states[-1].status[0].level == DiagnosticStatus.OK)
+
+    bench.until(heard_again)
 
 
 def test_a_clock_that_goes_back_clears_the_print(graph: Any) -> None:
@@ -343,6 +450,29 @@ def test_a_capture_waits_for_the_path(graph: Any, tmp_path: Path) -> None:
     assert bench.received[topics.PROFILE] == []
     bench.send(topics.PATH, PATH)
     assert_profile_comes(bench, STAMP)
+
+
+def test_a_capture_of_the_future_is_refused(graph: Any, tmp_path: Path) -> None:
+    """What was laid by its stamp, but not yet when it was taken, would pass for gaps."""
+    bench = thickness(graph, tmp_path)
+    bench.send(topics.PATH, PATH)
+    bench.send_capture(FUTURE_NS)
+    bench.until(lambda: bench.diagnosed('refused: capture') == '1')
+    assert 'found one of the future' in bench.diagnosed('last refusal')
+    bench.send_capture(STAMP)
+    assert_profile_comes(bench, STAMP)
+
+
+def test_captures_that_stop_are_missed(graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path)
+    bench.timer.cancel()
+    watch = bench.node._diagnostics._inputs['captures']
+    bench.send_capture(STAMP)
+    bench.until(lambda: watch.age(time.monotonic()) is not None)
+    for age in (4, 3, 2, 1):  # as if one had come each second until now
+        watch.heard(time.monotonic() - age)
+    bench.until(lambda: any('captures: expected messages, found silence' in status.message
+                            for status in bench.statuses))
 
 
 def test_a_deposit_beside_its_path_is_warned_of(graph: Any, tmp_path: Path) -> None:

@@ -8,8 +8,14 @@ from typing import Any
 from bpc_perception.core import path_assembly
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.geometry import Array
+from bpc_perception.core.growing_path import GrowingPath
 from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.path_assembly import ExtruderSample, PathAssembler, PrintTracker
+from bpc_perception.core.path_assembly import (
+    ExtruderSample,
+    JumpError,
+    PathAssembler,
+    PrintTracker,
+)
 import numpy as np
 from perception_builders import assemble, feed, path_through, SECOND, START_NS, state
 import pytest
@@ -209,7 +215,7 @@ class Split:
 
     def run(self, ask: Callable[[int], bool],
             config: PathConfig) -> tuple[DepositionPath, list[DepositionPath]]:
-        assembler = PathAssembler('print', START_NS, config)
+        assembler = PathAssembler(GrowingPath('print', START_NS), config)
         between = []
         for number, (_, kind, content) in enumerate(self.feed):
             if kind == 0:
@@ -257,7 +263,7 @@ def test_no_point_follows_before_the_time_said_to_be_complete(delay: float,
 
 
 def test_nothing_is_certain_before_the_first_pose() -> None:
-    path = PathAssembler('print', START_NS, RAW).path()
+    path = PathAssembler(GrowingPath('print', START_NS), RAW).path()
     assert len(path) == 0
     assert path.complete_until == -np.inf
     assert not path.covers(START_NS)
@@ -336,7 +342,7 @@ def test_a_path_covers_what_is_complete(finished: bool, time: float, covered: bo
 
 def test_states_do_not_pile_up_where_no_poses_come(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(path_assembly, 'MAXIMUM_STATES', 100)
-    made = PathAssembler('print', START_NS, RAW)
+    made = PathAssembler(GrowingPath('print', START_NS), RAW)
     for sample in states_until(100):
         made.add_extruder(sample)
         made.path()
@@ -523,3 +529,186 @@ def test_an_automatic_stop_is_the_same_however_often_the_path_is_asked_for(pause
     seldom, often = run(10_000), run(1)
     assert seldom.finished
     assert numbers(often) == numbers(seldom)
+
+
+# Poses that jump
+
+def jumping(count: int, to: float = 0.5) -> tuple[PrintTracker, list[int]]:
+    """A line at 10 mm/s with 100 poses a second, of which some after the 100th are elsewhere."""
+    tracker = PrintTracker(PathConfig(smoothing_time=0.0, maximum_speed=2.0))
+    tracker.add_extruder(state(0.0))
+    refused = []
+    for number in range(300):
+        away = to if 100 <= number < 100 + count else 0.0
+        if number % 10 == 0 and number:
+            tracker.add_extruder(state(number / 100))
+        try:
+            tracker.add_pose(ns(number / 100), np.array((1e-4 * number, away, 0.0)))
+        except JumpError:
+            refused.append(number)
+    return tracker, refused
+
+
+@pytest.mark.parametrize('count', [1, 5])
+def test_a_pose_that_jumps_is_refused_and_the_path_goes_on(count: int) -> None:
+    tracker, refused = jumping(count)
+    assert refused == list(range(100, 100 + count))
+    path = tracker.path()
+    assert path is not None
+    np.testing.assert_allclose(path.points[:, 1:], 0, atol=1e-12)
+    assert path.arc_length[-1] == pytest.approx(1e-4 * 290, abs=3e-4)
+
+
+def test_a_jump_that_lasts_is_believed_when_there_was_time_to_get_there() -> None:
+    tracker, refused = jumping(200, to=1.5)
+    # 1.5 m at 2 m/s, less what counts as jitter.
+    assert refused == list(range(100, 99 + 75))
+    path = tracker.path()
+    assert path is not None
+    assert set(path.points[:, 1].round(9)) == {0.0, 1.5}  # the way there is unknown
+
+
+def test_a_first_pose_that_is_wrong_does_not_stop_the_rest() -> None:
+    tracker = PrintTracker(PathConfig(maximum_speed=2.0))
+    tracker.add_pose(START_NS, np.array((0.5, 0.0, 0.0)))
+    taken = []
+    for number in range(1, 100):
+        try:
+            taken.append(tracker.add_pose(START_NS + number * 10**7, np.zeros(3)))
+        except JumpError:
+            assert not taken
+    assert len(taken) == 100 - 25
+
+
+# Prints that are gone on with
+
+def printed(tracker: PrintTracker, start: float, end: float) -> None:
+    """A line at 10 mm/s from one time to another, ink flowing."""
+    times = np.arange(round(start * 100), round(end * 100)) / 100
+    feed(tracker, times, along_x(times), [state(time) for time in times[::10]])
+
+
+def left_off() -> tuple[GrowingPath, DepositionPath]:
+    """A print after two seconds."""
+    tracker = PrintTracker(PathConfig())
+    printed(tracker, 0.0, 2.0)
+    path = tracker.growing_path()
+    assert path is not None
+    return path, path.path()
+
+
+@pytest.mark.parametrize('away', [0.3, 3.0, 20.0])  # also longer than what ends a print by itself
+def test_a_print_left_off_goes_on_with_a_gap_where_nobody_listened(away: float) -> None:
+    path, before = left_off()
+    tracker = PrintTracker(PathConfig())
+    tracker.resume(path, ns(2.0 + away))
+    printed(tracker, 2.0 + away, 5.0 + away)
+    after = tracker.path()
+    assert after is not None
+    assert (after.print_id, after.start_ns) == (before.print_id, before.start_ns)
+    for name in ('time', 'arc_length', 'points', 'flow_rate'):
+        np.testing.assert_array_equal(getattr(after, name)[:len(before)], getattr(before, name))
+    new = after.where(np.arange(len(after)) >= len(before))
+    assert new.time[0] == pytest.approx(2.0 + away, abs=0.02)
+    assert new.extruding.all()
+    # No point is where nobody listened, and arc length goes on across it.
+    assert np.diff(after.points[:, 0]).max() == pytest.approx(
+        new.points[0, 0] - before.points[-1, 0])
+    np.testing.assert_allclose(after.arc_length, after.points[:, 0], atol=1e-9)
+    assert not after.finished
+
+
+def test_a_print_left_off_takes_no_poses_it_has_already() -> None:
+    path, _ = left_off()
+    tracker = PrintTracker(PathConfig())
+    tracker.resume(path, ns(2.0))
+    printed(tracker, 1.0, 4.0)  # the last second once more
+    after = tracker.path()
+    assert after is not None
+    assert (np.diff(after.time) > 0).all()
+    np.testing.assert_allclose(after.arc_length, after.points[:, 0], atol=1e-9)
+
+
+def test_a_print_left_off_is_complete_as_far_as_it_was() -> None:
+    path, before = left_off()
+    tracker = PrintTracker(PathConfig())
+    tracker.resume(path, ns(2.0))
+    for path_now in (tracker.path(), tracker.path()):
+        assert path_now is not None
+        assert path_now.complete_until == before.complete_until
+
+
+def test_a_print_left_off_still_ends_by_itself() -> None:
+    path, _ = left_off()
+    tracker = PrintTracker(PathConfig(auto_stop_after=1.0))
+    tracker.resume(path, ns(5.0))
+    times = np.arange(500, 800) / 100
+    feed(tracker, times, along_x(times), [state(time, False) for time in times[::10]])
+    after = tracker.path()
+    assert after is not None
+    assert after.finished
+    assert after.complete_until == pytest.approx(6.0)
+
+
+# Prints of any length
+
+def test_a_print_of_one_point() -> None:
+    tracker = PrintTracker(RAW)
+    for number in range(100):
+        tracker.add_extruder(state(number / 100))
+        tracker.add_pose(ns(number / 100), np.zeros(3))
+    path = tracker.path()
+    assert path is not None
+    assert len(path) == 1
+    assert path.arc_length.tolist() == [0.0]
+
+
+def test_two_prints_back_to_back_share_nothing() -> None:
+    tracker = PrintTracker(PathConfig(auto_stop_after=0.5, smoothing_time=0.0))
+    times = np.arange(0, 600) / 100
+    extruding = (times < 2.0) | (times >= 4.0)
+    feed(tracker, times[:400], along_x(times)[:400],
+         [state(time, bool(on)) for time, on in zip(times, extruding, strict=True)][:400:10])
+    first = tracker.path()
+    feed(tracker, times[400:], along_x(times)[400:],
+         [state(time, bool(on)) for time, on in zip(times, extruding, strict=True)][400::10])
+    second = tracker.path()
+    assert first is not None
+    assert second is not None
+    assert first.finished
+    assert not second.finished
+    assert first.print_id != second.print_id
+    assert first.points[-1, 0] < 0.026
+    assert second.points[0, 0] == pytest.approx(0.04, abs=1e-3)
+    assert second.arc_length[0] == 0.0
+
+
+def test_a_clock_that_jumps_forward_ends_the_print_and_bridges_nothing() -> None:
+    tracker = PrintTracker(PathConfig())
+    printed(tracker, 0.0, 2.0)
+    before = tracker.path()
+    printed(tracker, 3600.0, 3602.0)
+    after = tracker.path()
+    assert before is not None
+    assert after is not None
+    assert after.print_id != before.print_id
+    assert after.start_ns == ns(3600.0)
+    assert after.time[0] < 0.1
+
+
+def test_a_robot_at_1000_hz_fills_no_memory() -> None:
+    """What is kept beside the path is what smoothing and a start of a print need."""
+    tracker = PrintTracker(PathConfig())
+    for number in range(30_000):
+        if number % 20 == 0:
+            tracker.add_extruder(state(number / 1000))
+            path = tracker.growing_path()
+        tracker.add_pose(ns(number / 1000), np.array((3e-6 * number, 0.0, 0.0)))
+    assert path is not None
+    made = tracker._print
+    assert made is not None
+    assert len(path) == pytest.approx(0.09 / 2e-4, abs=3)
+    assert len(tracker._poses) <= 5001  # of the last 5 s
+    assert len(tracker._states) <= 251
+    assert max(len(made._new), len(made._tail), len(made._knots)) < 300
+    assert max(len(made._waiting), len(made._states)) < 30

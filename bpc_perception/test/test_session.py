@@ -149,6 +149,51 @@ def test_a_capture_from_before_the_print_is_refused() -> None:
     assert result.refusal.startswith('path: expected a print begun before the capture, found one')
 
 
+@pytest.mark.parametrize('again', [1.2, 1.4])  # twice, out of order
+def test_a_capture_that_comes_late_or_twice_is_refused(again: float) -> None:
+    made = session(1.0, 1.2, 1.4, again, 1.6)
+    made.set_path(path(1.6))
+    results = list(made.results())
+    assert stamps(results) == [1.0, 1.2, 1.4, again, 1.6]
+    assert [result.refusal for result in results if result.profile is None] == [
+        'capture: expected a later stamp than the last, found it late or twice']
+    assert [result.profile.capture for result in results if result.profile] == [0, 1, 2, 3]
+
+
+def test_two_prints_back_to_back_share_nothing() -> None:
+    """The second print begins where the first ended, and is measured by itself."""
+    made = session(1.4)
+    made.set_path(path(1.6, finished=True))
+    first, = made.results()
+    made.set_path(path(1.5, print_id='two', start=2.0))
+    made.add_capture(capture_of(IMAGE, at(3.4)))
+    second, = made.results()
+    alone = session(3.4)
+    alone.set_path(path(1.5, print_id='two', start=2.0))
+    expected, = alone.results()
+    assert first.profile is not None
+    assert second.profile is not None
+    assert expected.profile is not None
+    assert (second.profile.print_id, second.profile.capture) == ('two', 0)
+    np.testing.assert_array_equal(second.profile.thickness, expected.profile.thickness)
+    assert repr(second.advice) == repr(expected.advice)
+
+
+@pytest.mark.parametrize('method', ['paper', 'cross_section'])
+@pytest.mark.parametrize('count', [0, 1])
+def test_a_path_of_one_point_is_refused_and_the_next_measured(count: int, method: str) -> None:
+    made = Session(replace(CONFIG, method=method), ON_BASE)
+    whole = path(1.6, finished=True)
+    made.set_path(whole.where(np.arange(len(whole)) < count))
+    made.add_capture(capture_of(IMAGE, at(1.6)))
+    result, = made.results()
+    assert result.refusal == f'path: expected 2 points or more before the capture, found {count}'
+    made.set_path(whole)
+    made.add_capture(capture_of(IMAGE, at(1.7)))
+    result, = made.results()
+    assert result.profile is not None
+
+
 def test_what_cannot_be_measured_is_refused_with_the_reason() -> None:
     made = session(1.0)
     nothing = capture_of(IMAGE, at(1.2))

@@ -20,6 +20,11 @@ from bpc_perception import topics
 PATIENCE = 60.0  # for what takes a few seconds on an idle machine [s]
 
 
+def start_delay(took: float) -> float:
+    """How far ahead the start of a print is set [s], if other nodes took so long to start."""
+    return max(6.0, 2 * took)
+
+
 @contextmanager
 def own_domain() -> Iterator[int]:
     """A ROS domain id that no other test has, which processes started meanwhile inherit."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 import json
 from pathlib import Path
 import signal
@@ -10,6 +11,7 @@ import time
 import pytest
 from rosbags.rosbag2 import Reader
 
+from bpc_interfaces.msg import ThicknessProfile
 from bpc_perception import topics
 
 from .command_line import OUTPUTS, run, running, SAMPLE, succeed
@@ -51,6 +53,13 @@ def test_profile_grows_capture_by_capture(replayed: Path) -> None:
     assert samples[-1] == len((replayed / 'profile.csv').read_text().splitlines()) - 1
 
 
+def whole_rounds(profiles: list[ThicknessProfile]) -> list[list[ThicknessProfile]]:
+    """Of each round its profiles; without rounds in which a busy machine skipped a capture."""
+    starts = [index for index, profile in enumerate(profiles) if profile.capture == 0]
+    rounds = [profiles[start:end] for start, end in pairwise([*starts, len(profiles)])]
+    return [each for each in rounds if len(each) == CAPTURES]
+
+
 def test_loop_forgets_and_measures_again(short_bag: Path, tmp_path: Path,
                                          ros_domain: int) -> None:
     out = tmp_path / 'out'
@@ -58,7 +67,7 @@ def test_loop_forgets_and_measures_again(short_bag: Path, tmp_path: Path,
             'replay', short_bag, '--loop', '--rate', 2, '--out', out) as replay:
         def two_rounds() -> bool:
             assert replay.poll() is None, replay.communicate()
-            return len(listener.profiles) >= 2 * CAPTURES
+            return len(whole_rounds(listener.profiles)) >= 2
 
         listener.wait(two_rounds)
         interrupted = time.monotonic()
@@ -69,8 +78,7 @@ def test_loop_forgets_and_measures_again(short_bag: Path, tmp_path: Path,
     assert {file.name for file in out.iterdir()} == OUTPUTS
     assert str(out / 'report.html') in printed
 
-    first, second = listener.profiles[:CAPTURES], listener.profiles[CAPTURES:2 * CAPTURES]
-    assert [profile.capture for profile in first] == [0, 1, 2]
+    first, second = whole_rounds(listener.profiles)[:2]
     for one, other in zip(first, second, strict=True):
         assert other.header == one.header
         assert other.capture == one.capture

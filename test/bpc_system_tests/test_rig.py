@@ -122,8 +122,8 @@ def running(request: pytest.FixtureRequest,
                 float(rig.job.plunger_velocity(t)) * turns)
 
     variables = {doubles.SCENARIO: SCENARIO, doubles.SPEED: str(SPEED),
-                 doubles.PLUG: str(plug),
-                 doubles.MOUNT: mount}
+                 doubles.PLUG: str(plug), doubles.MOUNT: mount,
+                 'XDG_STATE_HOME': str(folder / 'state')}
     variables |= messages
     variables['PYTHONPATH'] = ':'.join((str(folder / 'vendor'), variables.get(
         'PYTHONPATH', os.environ.get('PYTHONPATH', ''))))
@@ -209,7 +209,7 @@ def test_an_extruder_that_was_unplugged_is_heard_again(running: Running) -> None
     running.wire.unplug()
     listener.wait(lambda: any('expected the extruder, found' in text
                               for text in listener.complaints('extruder_bridge')), running.nodes)
-    listener.wait(lambda: any('extruder: expected to hear it' in text
+    listener.wait(lambda: any('extrusion_state: expected messages' in text
                               for text in listener.complaints('path_recorder')), running.nodes)
     running.wire.plug()
     states = taken(listener, 'extrusion states')
@@ -219,8 +219,9 @@ def test_an_extruder_that_was_unplugged_is_heard_again(running: Running) -> None
 def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
     """With the camera in hand nothing is measured meanwhile; beside the robot it goes on."""
     def missed() -> bool:
-        return any('robot: expected to hear it' in text
-                   for text in listener.complaints('path_recorder'))
+        return any(f'{source}: expected messages' in text
+                   for text in listener.complaints('path_recorder')
+                   for source in ('joint_states', 'lbr_state'))
 
     listener = running.listener
     robot = running.nodes._processes['arm']
@@ -237,3 +238,29 @@ def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
         robot.send_signal(signal.SIGCONT)
     count = len(listener.profiles)
     listener.wait(lambda: len(listener.profiles) > count, running.nodes)
+
+
+def supervised(running: Running, name: str) -> dict[str, str]:
+    """What `bpc live` last said of one of its nodes on /diagnostics."""
+    found = [status for message in running.listener.heard['/diagnostics']
+             for status in message.status if status.name == f'supervisor: {name}']
+    return {value.key: value.value for value in found[-1].values} if found else {}
+
+
+@pytest.mark.parametrize('name', ['thickness', 'path_recorder'])
+def test_a_node_that_was_killed_goes_on_with_the_same_print(running: Running,
+                                                            name: str) -> None:
+    listener = running.listener
+    listener.wait(lambda: supervised(running, name), running.nodes)
+    before, known = supervised(running, name), listener.profiles[-1]
+    os.kill(int(before['pid']), signal.SIGKILL)
+    listener.wait(lambda: supervised(running, name)['deaths'] != before['deaths']
+                  and supervised(running, name)['pid'] != before['pid'], running.nodes)
+    assert 'ended with status -9' in supervised(running, name)['last death']
+    # The robot still moves its tip a little, or not at all: of the print nothing is lost.
+    killed_ns = time.time_ns()
+    listener.wait(lambda: stamp_to_ns(listener.profiles[-1].header.stamp) > killed_ns,
+                  running.nodes)
+    profile = listener.profiles[-1]
+    assert profile.print_id == known.print_id
+    assert profile.arc_length[:len(known.arc_length)] == known.arc_length

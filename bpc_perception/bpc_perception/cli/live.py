@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.page import PageOption, serving
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.cli.supervision import Supervisor
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import CameraConfig, ThicknessConfig
 from bpc_perception.flange_poses import FlangePoses
@@ -50,16 +52,18 @@ def live(
     with (monitoring(terminal, keep=1) as monitor,
           Nodes(parameters, remappings=others) as nodes,
           serving(page, terminal, others)):
-        nodes.start('bpc_perception.nodes.path_recorder')
+        nodes.start('bpc_perception.nodes.path_recorder',
+                    state_folder=recorder.state_folder or str(state_folder()))
         if camera is None:
             nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
         else:
             nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye),
                         back_end=camera)
         terminal.say('Waiting for captures; Ctrl-C ends.')
+        supervisor = Supervisor(nodes, monitor.node)
 
         def ended() -> bool:
-            nodes.check()
+            supervisor.check()
             return False
 
         monitor.spin_until(ended, PATIENCE)
@@ -68,3 +72,9 @@ def live(
             if not monitor.publishers(topic):
                 terminal.tell('silent', f'  {topic}: nobody publishes it yet', topic=topic)
         monitor.spin_until(ended)
+
+
+def state_folder() -> Path:
+    """Where the running print is kept [XDG Base Directory Specification]; one a ROS domain."""
+    home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
+    return Path(home, 'bpc', f'domain_{os.environ.get("ROS_DOMAIN_ID") or 0}')

@@ -24,6 +24,7 @@ from bpc_perception.conversions import advice_from_message, profile_from_message
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 
+QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
 WARNINGS = 100  # shown at most
 DISCOVERY = 0.6  # in which another process's publishers are found, with a margin [s]
 
@@ -32,6 +33,7 @@ class Monitor:
     """Collects what the thickness node publishes and prints a line a capture.
 
     Attributes:
+        node: that listens.
         profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
             all of them.
         warnings: the distinct warnings in the diagnostics, as far as they are shown.
@@ -40,7 +42,7 @@ class Monitor:
     def __init__(self, node: Node, executor: SingleThreadedExecutor, terminal: Terminal,
                  keep: int | None = None) -> None:
         self._keep = keep
-        self._node = node
+        self.node = node
         self._executor = executor
         self._terminal = terminal
         self._table = ResultTable(terminal)
@@ -73,7 +75,7 @@ class Monitor:
 
     def publishers(self, name: str) -> int:
         """How many publish a topic."""
-        return int(self._node.count_publishers(name))
+        return int(self.node.count_publishers(name))
 
     def expect_no_other_printer(self) -> None:
         """Refuse to play a printer where one is: ours would mix with its poses."""
@@ -86,7 +88,7 @@ class Monitor:
 
     def sees(self, *names: str) -> bool:
         """Whether nodes of these names are there."""
-        return set(names) <= set(self._node.get_node_names())
+        return set(names) <= set(self.node.get_node_names())
 
     def _on_profile(self, message: ThicknessProfileMsg) -> None:
         profile = profile_from_message(message)
@@ -119,8 +121,9 @@ class Monitor:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             text = f'{status.name}: {status.message}'
-            if (status.level != DiagnosticStatus.OK and text not in self.warnings
-                    and len(self.warnings) < WARNINGS):
+            # What is stale has not been heard of yet, or is busy.
+            if (status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
+                    and text not in self.warnings and len(self.warnings) < WARNINGS):
                 self.warnings.append(text)
                 self._terminal.tell('diagnostic', f'  {text}', text=text)
 
@@ -133,13 +136,18 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     """
     # Handlers that only take note: rclpy's shut down under a running callback, and Python's
     # raise in the middle of a message, which comes out of rclpy as any other error.
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    early: list[int] = []
+    before = {number: signal.signal(number, lambda received, _: early.append(received))
+              for number in (signal.SIGINT, signal.SIGTERM)}
+    rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     monitor = Monitor(node, executor, terminal, keep)
-    before = {number: signal.signal(number, monitor.interrupt)
-              for number in (signal.SIGINT, signal.SIGTERM)}
+    for number in before:
+        signal.signal(number, monitor.interrupt)
+    if early:
+        monitor.interrupt()
     try:
         with terminal.view():
             yield monitor

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 import os
 from pathlib import Path
 import subprocess
 import sys
 import tempfile
+import time
 from types import TracebackType
 from typing import Any
 
 import yaml
 
-from bpc_perception.nodes.process import PARENT_VARIABLE
+from bpc_perception import shared_memory
+from bpc_perception.nodes.process import HEARTBEAT_VARIABLE, PARENT_VARIABLE
 
-END_PATIENCE = 2.0  # [s]
+END_PATIENCE = 1.5  # for all nodes together [s]
 # Read by Fast DDS under the one or the other name; a user's own file wins.
 TRANSPORT = str(Path(__file__).parents[1] / 'transport.xml')
 TRANSPORT_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
@@ -38,13 +41,17 @@ class Nodes:
         self._parameters = dict(parameters or {})
         self._logs = Path(os.environ.get('ROS_LOG_DIR') or tempfile.gettempdir())
         self._logs.mkdir(parents=True, exist_ok=True)
+        self._started: dict[str, tuple[str, dict[str, Any]]] = {}
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._log_files: dict[str, Path] = {}
+        self._pipes: dict[str, int] = {}
+        self._beats: dict[str, dict[bytes, float]] = {}  # of each node of a process the last
 
     def start(self, module: str, **parameters: Any) -> None:
         """Run ``python -m module`` with these parameters, which win over those common to all."""
         name = module.rpartition('.')[2]
-        arguments = ['--ros-args']
+        # What they say goes into a log of ours, which is removed where all went well.
+        arguments = ['--ros-args', '--disable-external-lib-logs']
         for file in self._common:
             arguments += ['--params-file', str(file)]
         for key, value in {**self._parameters, **parameters}.items():
@@ -52,15 +59,26 @@ class Nodes:
         for topic, other in self._remappings.items():
             arguments += ['-r', f'{topic}:={other}']
         handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
-        self._log_files[name] = Path(log)
-        environment = os.environ | {PARENT_VARIABLE: str(os.getpid())}
+        signs, pipe = os.pipe()
+        os.set_blocking(signs, False)
+        environment = os.environ | {PARENT_VARIABLE: str(os.getpid()),
+                                    HEARTBEAT_VARIABLE: str(pipe)}
         if name in FRAME_PUBLISHERS:
             environment = dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT) | environment
+        self._close_pipe(name)
+        self._started[name], self._log_files[name] = (module, parameters), Path(log)
+        self._pipes[name], self._beats[name] = signs, {}
         # A session of its own: Ctrl-C reaches us alone, and we end the nodes in order.
         self._processes[name] = subprocess.Popen(
-            [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL,
-            stdout=handle, stderr=handle, start_new_session=True, env=environment)
+            [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL, stdout=handle,
+            stderr=handle, start_new_session=True, env=environment, pass_fds=(pipe,))
         os.close(handle)
+        os.close(pipe)
+
+    def start_again(self, name: str) -> None:
+        """Run a node that has ended once more, as it was; the log of the one before stays."""
+        module, parameters = self._started[name]
+        self.start(module, **parameters)
 
     def start_measuring(self, camera: Mapping[str, Any], thickness: Mapping[str, Any],
                         separate: bool) -> None:
@@ -73,22 +91,51 @@ class Nodes:
 
     def check(self, *may_end: str) -> None:
         """Raise NodeError if a node has ended, unless it is one that may and went well."""
-        for name, process in self._processes.items():
-            status = process.poll()
+        for name in self._processes:
+            status = self.status(name)
             if status is not None and not (status == 0 and name in may_end):
-                words = self._log_files[name].read_text(errors='replace').strip().splitlines()
-                raise NodeError(f'{name}: expected it to run, found it ended with status '
-                                f'{status}: {words[-1] if words else "no output"}')
+                raise NodeError(f'{name}: expected it to run, found it {self.end_of(name)}')
+
+    @property
+    def names(self) -> list[str]:
+        """Of all processes, in the order of their start."""
+        return list(self._processes)
 
     def pid(self, name: str) -> int:
         """The process id of this node."""
         return self._processes[name].pid
 
+    def status(self, name: str) -> int | None:
+        """The exit status of this node; None = it runs."""
+        return self._processes[name].poll()
+
     def ended(self, name: str) -> bool:
         """Whether this node has ended."""
-        return self._processes[name].poll() is not None
+        return self.status(name) is not None
+
+    def end_of(self, name: str) -> str:
+        """How a node ended, with its last words."""
+        words = self._log_files[name].read_text(errors='replace').strip().splitlines()
+        return f'ended with status {self.status(name)}: {words[-1] if words else "no output"}'
+
+    def silence(self, name: str) -> float | None:
+        """Time since the last sign of life of a process, or of the quietest node in it [s].
+
+        None before the first: it takes its time to load.
+        """
+        beats, now = self._beats[name], time.monotonic()
+        with suppress(BlockingIOError):
+            while signs := os.read(self._pipes[name], 65536):
+                beats.update(dict.fromkeys(signs.split(), now))
+        return now - min(beats.values()) if beats else None
+
+    def kill(self, name: str) -> None:
+        """End a node the hard way."""
+        self._processes[name].kill()
+        self._processes[name].wait()
 
     def __enter__(self) -> Nodes:
+        shared_memory.clean()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
@@ -96,12 +143,18 @@ class Nodes:
         for process in self._processes.values():
             if process.poll() is None:
                 process.terminate()  # unlike SIGINT also silent while it still loads
-        for process in reversed(self._processes.values()):
+        end = time.monotonic() + END_PATIENCE
+        for name, process in reversed(self._processes.items()):
             try:
-                process.wait(END_PATIENCE)
+                process.wait(max(end - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
-        if error is None:
+            self._close_pipe(name)
+        if error is None or kind is KeyboardInterrupt:
             for log in self._log_files.values():
                 log.unlink(missing_ok=True)
+
+    def _close_pipe(self, name: str) -> None:
+        if name in self._pipes:
+            os.close(self._pipes.pop(name))

@@ -59,7 +59,8 @@ def record(
     from bpc_perception.nodes import bag_recorder
 
     level = ['--log-level', 'warn'] if quiet or json_lines else []
-    sys.argv = [sys.argv[0], '--ros-args', '-p', f'bag:={out}', *rules, *level]
+    sys.argv = [sys.argv[0], '--ros-args', '--disable-external-lib-logs', '-p', f'bag:={out}',
+                *rules, *level]
     with terminal.view():
         bag_recorder.main(Recording(terminal, out).told if terminal.lively else None)
     if json_lines:

@@ -35,6 +35,8 @@ from bpc_perception.recording import captures
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
 LOSSLESS = {f'qos_overrides./{topic}.subscription.reliability': 'reliable'
             for topic in topics.ROBOT}
+# Robot and extruder of a recording end with it, which is no fault.
+UNWATCHED = {'watch.warn_after': 0.0}
 PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]
 AFTERMATH = 10.0  # for the last results after the recording's end [s]
 
@@ -78,7 +80,7 @@ def replay(
     if not stamps:
         raise ValueError(f'{bag}: expected a complete capture, found none')
     with (monitoring(terminal) as monitor,
-          Nodes(given.parameter_file, {'use_sim_time': True}) as nodes,
+          Nodes(given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes,
           serving(page, terminal, use_sim_time=True)):
         monitor.expect_no_other_printer()
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)

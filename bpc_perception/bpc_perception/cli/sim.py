@@ -85,10 +85,10 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool,
     from bpc_sim.sample import hand_eye, parameters
 
     job = config.job()
-    with tempfile.TemporaryDirectory() as folder:
+    with (monitoring(terminal, keep=1) as monitor,
+          tempfile.TemporaryDirectory() as folder):
         settings = write_settings(Path(folder), hand_eye(job), parameters(job, target))
-        with (monitoring(terminal, keep=1) as monitor, Nodes(settings) as nodes,
-              serving(page, terminal)):
+        with Nodes(settings) as nodes, serving(page, terminal):
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': config.scenario, 'speed': config.speed,
@@ -119,11 +119,10 @@ def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Termina
 
     print_ = config.closed_loop_job()
     job = print_.job
-    with tempfile.TemporaryDirectory() as folder:
+    with monitoring(terminal) as monitor, tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
-        with (monitoring(terminal) as monitor, Nodes(settings) as nodes,
-              serving(page, terminal)):
+        with Nodes(settings) as nodes, serving(page, terminal):
             monitor.expect_no_other_printer()
             common = {'situation': config.situation, 'seed': config.seed, 'speed': config.speed}
             nodes.start('bpc_perception.nodes.path_recorder')

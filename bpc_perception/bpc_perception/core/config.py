@@ -206,6 +206,9 @@ class PathConfig(Config):
     maximum_gap: Annotated[float, Parameter(
         'Time without a pose after which the path between is unknown', 's', 0.01, 60,
         read_only=True)] = 0.5
+    maximum_speed: Annotated[float, Parameter(
+        'Of the nozzle tip; a pose that it cannot have reached is refused', 'm/s', 0.01, 100,
+        read_only=True)] = 2.0
     extrusion_timeout: Annotated[float, Parameter(
         'Age from which an extruder state is no longer believed', 's', 0.01, 60,
         read_only=True)] = 0.5
@@ -214,6 +217,20 @@ class PathConfig(Config):
     auto_stop_after: Annotated[float, Parameter(
         'With auto: a print ends when no ink was pushed out for this long', 's', 0.1, 3600,
         read_only=True)] = 10.0
+
+
+@dataclass(frozen=True)
+class WatchConfig(Config):
+    """From when on an input is at fault."""
+
+    warn_after: Annotated[float, Parameter(
+        'Silence of an input from which there is a warning; of captures, after the next was due; '
+        '0 = not watched', 's', 0, 3600, read_only=True)] = 0.2
+    error_after: Annotated[float, Parameter(
+        'Silence from which it is an error; 0 = never', 's', 0, 3600, read_only=True)] = 1.0
+    maximum_lead: Annotated[float, Parameter(
+        'What is stamped farther in the future is refused', 's', 0.001, 3600,
+        read_only=True)] = 0.1
 
 
 @dataclass(frozen=True)
@@ -261,8 +278,15 @@ class RecorderConfig(Config):
         read_only=True)] = 50.0
     output_folder: Annotated[str, Parameter(
         'Folder into which prints are saved', read_only=True)] = '.'
+    state_folder: Annotated[str, Parameter(
+        'Folder in which the running print is kept, to be resumed after a restart; empty = it '
+        'is not', read_only=True)] = ''
+    resume_within: Annotated[float, Parameter(
+        'A running print is resumed if it was last written to so long ago', 's', 0, 3600,
+        read_only=True)] = 30.0
     pose: PoseConfig = field(default_factory=PoseConfig)
     path: PathConfig = field(default_factory=PathConfig)
+    watch: WatchConfig = field(default_factory=WatchConfig)
     process: ProcessConfig = field(default_factory=ProcessConfig)
 
 
@@ -295,6 +319,7 @@ class ThicknessConfig(Config):
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
+    watch: WatchConfig = field(default_factory=WatchConfig)
     process: ProcessConfig = field(default_factory=ProcessConfig)
 
 

@@ -20,12 +20,12 @@ class GrowingPath:
 
     MAXIMUM = 1_000_000
 
-    def __init__(self, print_id: str, start_ns: int) -> None:
+    def __init__(self, print_id: str, start_ns: int, oldest: int = 0) -> None:
         self.print_id = print_id
         self.start_ns = start_ns
         self.complete_until = -np.inf
         self.finished = False
-        self._forgotten = 0
+        self._forgotten = oldest
         self._count = 0  # of those kept
         # Time, arc length, points, plunger velocity, flow rate, extruding; with room at the end.
         self._arrays: tuple[NDArray[Any], ...] = (
@@ -34,6 +34,11 @@ class GrowingPath:
 
     def __len__(self) -> int:
         return self._forgotten + self._count
+
+    @property
+    def oldest(self) -> int:
+        """Number of the first point that is not forgotten."""
+        return self._forgotten
 
     def last(self) -> Array:
         """Time, arc length and position of the last point (5,)."""

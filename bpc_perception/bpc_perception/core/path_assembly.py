@@ -21,6 +21,11 @@ from bpc_perception.core.growing_path import GrowingPath
 from bpc_perception.core.path import DepositionPath
 
 MAXIMUM_STATES = 100_000  # of the extruder that wait for poses
+JITTER = 1e-3  # by which a pose may be off where stamps are [m]
+
+
+class JumpError(ValueError):
+    """The nozzle tip cannot have come to where a pose puts it."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +47,9 @@ class PathAssembler:
     the spot adds no length.
     """
 
-    def __init__(self, print_id: str, start_ns: int, config: PathConfig) -> None:
-        self.start_ns = start_ns
+    def __init__(self, path: GrowingPath, config: PathConfig) -> None:
+        """Append to a path: an empty one, or one that was left off."""
+        self.start_ns = path.start_ns
         self._config = config
         self._stop = math.inf
         self._new: list[tuple[float, float, float, float]] = []
@@ -57,14 +63,15 @@ class PathAssembler:
         self._waiting: list[tuple[float, float, float, float, float]] = []
         self._states: list[ExtruderSample] = []
         self._state_times: list[float] = []
-        self._path = GrowingPath(print_id, start_ns)
+        self._path = path
 
     def add_pose(self, stamp_ns: int, tip: Array) -> None:
         """Append a position (3,) of the nozzle tip [m]; stamps must increase."""
-        if self._path.finished:
+        time = self._time(stamp_ns)
+        if self._path.finished or time <= self._path.complete_until:  # of a path left off
             return
         x, y, z = tip.tolist()
-        self._new.append((self._time(stamp_ns), x, y, z))
+        self._new.append((time, x, y, z))
 
     def add_extruder(self, sample: ExtruderSample) -> None:
         """Append a state of the extruder; stamps must increase."""
@@ -101,7 +108,8 @@ class PathAssembler:
         self._smooth()
         self._resample()
         complete = self._join(latest)
-        self._path.complete_until = min(complete, self._stop)
+        # That of a path left off may be later than the first poses heard since.
+        self._path.complete_until = max(self._path.complete_until, min(complete, self._stop))
         self._path.finished = complete >= self._stop
 
     def _latest(self) -> float:
@@ -158,7 +166,8 @@ class PathAssembler:
 
     def _step(self, last: Array, index: int) -> tuple[float, float, float, float, float]:
         """The next path point, between the knots before and at ``index``."""
-        gap = self._knots[index, 4] - self._knots[index - 1, 4]
+        # Before the first knot of a path left off nothing is known.
+        gap = self._knots[index, 4] - self._knots[index - 1, 4] if index else math.inf
         start, end = self._knots[index - 1, :4], self._knots[index, :4]
         step = end[1:] - start[1:]
         if gap > self._config.maximum_gap:
@@ -216,9 +225,19 @@ class PrintTracker:
         self._last_extruding_ns = 0
 
     def add_pose(self, stamp_ns: int, tip: Array) -> bool:
-        """Take a position (3,) of the nozzle tip [m]; False unless later than the last."""
-        if self._poses and stamp_ns <= self._poses[-1][0]:
-            return False
+        """Take a position (3,) of the nozzle tip [m]; False unless later than the last.
+
+        Raises JumpError when the tip would have been faster than it can. What lasts is
+        believed as soon as there was time enough to get there.
+        """
+        if self._poses:
+            last_ns, last = self._poses[-1]
+            if stamp_ns <= last_ns:
+                return False
+            reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER
+            if math.dist(tip, last) > reach:
+                raise JumpError('pose: expected a tip that moves no faster than '
+                                f'{self._config.maximum_speed:g} m/s, found a jump')
         self._poses.append((stamp_ns, tip))
         while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
             self._poses.popleft()
@@ -250,7 +269,7 @@ class PrintTracker:
         """Start a new print at this time and return its id; a running one is given up."""
         start = datetime.fromtimestamp(stamp_ns // 10**9, timezone.utc)
         print_id = f'{start:%Y%m%dT%H%M%S}.{stamp_ns % 10**9 // 10**6:03d}Z'
-        self._print = PathAssembler(print_id, stamp_ns, self._config)
+        self._print = PathAssembler(GrowingPath(print_id, stamp_ns), self._config)
         for sample in self._states:  # before the poses, for which they were not too late
             self._print.add_extruder(sample)
         for pose_ns, tip in self._poses:
@@ -259,6 +278,15 @@ class PrintTracker:
         self._running = True
         self._last_extruding_ns = stamp_ns
         return print_id
+
+    def resume(self, path: GrowingPath, now_ns: int) -> None:
+        """Go on at this time with a print that was left off; what was laid since is not known.
+
+        The pause that ends a print by itself counts from now.
+        """
+        self._print = PathAssembler(path, self._config)
+        self._running = True
+        self._last_extruding_ns = now_ns
 
     def stop(self, stamp_ns: int) -> bool:
         """Let the running print end at this time; False when none runs."""

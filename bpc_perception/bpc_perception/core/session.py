@@ -64,6 +64,7 @@ class Session:
         self._poses = PoseBuffer()
         self._path: DepositionPath | None = None
         self._waiting: deque[tuple[Capture, int]] = deque()
+        self._newest = ('', 0)  # print and stamp of the newest capture that had its turn
         self._numbers: Counter[str] = Counter()
         targets = config.advice.target_file
         self._targets = WidthTargets.read(targets) if targets else None
@@ -104,6 +105,7 @@ class Session:
         self._poses.clear()
         self._path = None
         self._waiting.clear()
+        self._newest = ('', 0)
         self._numbers.clear()
         self._advisor = Advisor(self._targets)
         self._memory = PrintMemory()
@@ -132,6 +134,11 @@ class Session:
         if capture.stamp_ns < path.start_ns:
             return Result(capture, refusal='path: expected a print begun before the capture, '
                                            f'found {path.print_id}')
+        newest_print, newest_ns = self._newest
+        if path.print_id == newest_print and capture.stamp_ns <= newest_ns:
+            return Result(capture, refusal='capture: expected a later stamp than the last, '
+                                           'found it late or twice')
+        self._newest = (path.print_id, capture.stamp_ns)
         T_base_camera = self._hand_eye.T_parent_camera
         if not self._hand_eye.on_base:
             T_base_flange = self._poses.at(capture.stamp_ns, self.config.maximum_pose_gap)

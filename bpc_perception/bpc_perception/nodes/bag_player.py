@@ -17,6 +17,7 @@ from bpc_perception.bag import Bag
 from bpc_perception.conversions import ns_to_stamp
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.nodes.clock import steady_clock
+from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
 from bpc_perception.recording import find_topics
@@ -46,6 +47,7 @@ class BagPlayerNode(Node):
         self._publishers_of = {name: self.create_publisher(kind, name, topics.EXTRUSION_QOS)
                                for name, kind in played.items()}
         self._clock_publisher = self.create_publisher(Clock, '/clock', 1)
+        self._diagnostics = Diagnostics(self)
         self._audience: list[int] = []
         self._settling_since = 0.0
         self._elapsed: float | None = None  # of this round, at the speed of the clock [s]
@@ -67,6 +69,7 @@ class BagPlayerNode(Node):
         while self._elapsed > 0 and self._next is not None and self._next[1] <= now_ns:
             topic, _, message = self._next
             self._publishers_of[self._names[topic]].publish(message)
+            self._diagnostics.count(self._names[topic])
             self._next = next(self._messages, None)
         self._clock_publisher.publish(Clock(clock=ns_to_stamp(now_ns)))
         duration = (self._span[1] - self._span[0]) * 1e-9 / self._config.rate

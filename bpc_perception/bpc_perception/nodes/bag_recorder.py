@@ -32,15 +32,23 @@ class BagRecorderNode(Node):
                  **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
         config = NodeConfig(self, BagRecorderConfig()).value
-        self._bag = BagWriter(config.bag)
         self._told = told
         self._diagnostics = Diagnostics(self)
+        recorded = {}
         for name, kind in (topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS).items():
             qos = QOS.get(name, topics.CAMERA_QOS if name in topics.CAMERA else topics.RESULT_QOS)
             full = self.resolve_topic_name(name)
-            self._bag.add_topic(full, topics.type_name(kind))
+            recorded[full] = topics.type_name(kind)
             self.create_subscription(kind, name, partial(self._write, full), qos, raw=True)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=steady_clock())
+        # Last, since whoever is told to end while it makes a node leaves it half made.
+        self._bag = BagWriter(config.bag)
+        try:
+            for full, type_name in recorded.items():
+                self._bag.add_topic(full, type_name)
+        except BaseException:
+            self._bag.close()
+            raise
         self.get_logger().info(f'recording into {config.bag}')
 
     def _write(self, topic: str, data: bytes) -> None:

@@ -5,33 +5,29 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
-from nav_msgs.msg import Path
 import numpy as np
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from bpc_interfaces.msg import DepositionPath, DepositionPathUpdate, ExtrusionState
+from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception import topics
 from bpc_perception.bag import BagWriter
 from bpc_perception.conversions import (
+    ConversionError,
     extruder_from_message,
     path_to_message,
-    path_to_nav,
 )
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.geometry import Array, transform
-from bpc_perception.core.path_assembly import PrintTracker
-from bpc_perception.nodes.allowance import Allowance
-from bpc_perception.nodes.clock import on_jump_back, steady_clock
+from bpc_perception.core.path_assembly import JumpError, PrintTracker
+from bpc_perception.nodes.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.nodes.path_publisher import PathPublisher
 from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
-from bpc_perception.nodes.silence import Silence
-
-State = tuple[str, float, bool]  # of a path: print, complete until, finished
-PATH_SHARE = 0.05  # of the time that sending the whole path may take, however long it is
+from bpc_perception.path_journal import PathJournal
 
 
 class PathRecorderNode(Node):
@@ -44,65 +40,82 @@ class PathRecorderNode(Node):
         be_a_good_neighbour(config.process, self.get_logger())
         self._tip = np.array(config.nozzle_offset)
         self._tracker = PrintTracker(config.path)
-        self._diagnostics = Diagnostics(self)
-        self._silences = {name: Silence(name, self._diagnostics)
-                          for name in ('robot', 'extruder')}
-        # The state of the path when the update, the whole, and that for viewers were published.
-        self._updated: State | None = None
-        self._published: State | None = None
-        self._viewed: State | None = None
-        self._points_sent = 0
-        self._whole, self._view = Allowance(PATH_SHARE), Allowance(PATH_SHARE)
-        self._updates = self.create_publisher(
-            DepositionPathUpdate, topics.PATH_UPDATE, topics.PATH_UPDATE_QOS)
-        self._paths = self.create_publisher(DepositionPath, topics.PATH, topics.PATH_QOS)
-        self._nav_paths = self.create_publisher(Path, topics.NAV_PATH, topics.PATH_QOS)
-        subscribe_poses(self, config.pose, config.base_frame, self._diagnostics, self._on_pose)
+        self._diagnostics = Diagnostics(self, watch=config.watch)
+        self._diagnostics.expect(topics.EXTRUSION)
+        self._publisher = PathPublisher(self, config.base_frame)
+        self._journal = self._resume()
+        subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
+                        self._diagnostics, self._on_pose)
         self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
                                  topics.EXTRUSION_QOS)
         for name, answer in (('start', self._start), ('stop', self._stop),
                              ('clear', self._clear), ('save', self._save)):
             self.create_service(Trigger, f'~/{name}', answer)
         self.create_timer(1.0 / config.publish_rate, self._publish, clock=steady_clock())
-        self._jump = on_jump_back(self, self._tracker.clear)
+        self._jump = on_jump_back(self, self._forget)
 
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
-        self._silences['robot'].broken()
-        if self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip)):
+        try:
+            taken = self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip))
+        except JumpError as error:
+            self._diagnostics.refuse(error)
+            return
+        if taken:
             self._diagnostics.count('poses')
         else:
             self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
 
     def _on_extruder(self, message: ExtrusionState) -> None:
-        self._silences['extruder'].broken()
-        if self._tracker.add_extruder(extruder_from_message(message)):
+        self._diagnostics.heard(topics.EXTRUSION)
+        sample = extruder_from_message(message)
+        try:
+            expect_not_ahead(self, 'extrusion_state', sample.stamp_ns,
+                             self._config.watch.maximum_lead)
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+            return
+        if message.error_status:
+            self._diagnostics.warn('extrusion_state: expected no error, found error_status '
+                                   f'{message.error_status}')
+        if self._tracker.add_extruder(sample):
             self._diagnostics.count('extrusion states')
         else:
             self._diagnostics.refuse(
                 'extrusion_state: expected a later stamp than the last, found it late')
 
+    def _resume(self) -> PathJournal | None:
+        """Go on with the print that ran when the node was killed; where the rest is kept."""
+        config = self._config
+        if not config.state_folder:
+            return None
+        try:
+            journal = PathJournal(FilePath(config.state_folder), config.base_frame)
+        except OSError as error:
+            self._diagnostics.refuse(f'state_folder: expected one to write to, found: {error}')
+            return None
+        now_ns = self.get_clock().now().nanoseconds
+        if (path := journal.resume(now_ns, config.resume_within)) is not None:
+            self._tracker.resume(path, now_ns)
+            self._diagnostics.warn(f'print: {path.print_id} is resumed, without what was laid '
+                                   'meanwhile')
+        return journal
+
     def _publish(self) -> None:
-        for silence in self._silences.values():
-            silence.check()
         growing = self._tracker.growing_path()
         if growing is None:
             return
-        state = (growing.print_id, growing.complete_until, growing.finished)
-        new_print = self._updated is None or self._updated[0] != growing.print_id
-        if state != self._updated:
-            first = 0 if new_print else self._points_sent
-            self._updated, self._points_sent = state, len(growing)
-            self._updates.publish(DepositionPathUpdate(
-                first=first, path=path_to_message(growing.path(first), self._config.base_frame)))
-        if state != self._published and (new_print or self._whole.due()):
-            self._published = state
-            with self._whole.spent():
-                self._paths.publish(path_to_message(growing.path(), self._config.base_frame))
-        if (state != self._viewed and self._nav_paths.get_subscription_count()
-                and self._view.due()):
-            self._viewed = state
-            with self._view.spent():
-                self._nav_paths.publish(path_to_nav(growing.path(), self._config.base_frame))
+        if self._journal is not None:
+            try:
+                self._journal.take(growing, self.get_clock().now().nanoseconds)
+            except OSError as error:
+                self._diagnostics.refuse('journal: expected to keep the print on disk, '
+                                         f'found: {error}')
+        self._publisher.publish(growing)
+
+    def _forget(self) -> None:
+        self._tracker.clear()
+        if self._journal is not None:
+            self._journal.remove()
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._tracker.start(self.get_clock().now().nanoseconds)
@@ -115,7 +128,7 @@ class PathRecorderNode(Node):
         return response
 
     def _clear(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._tracker.clear()
+        self._forget()
         response.success, response.message = True, 'cleared'
         return response
 
@@ -135,6 +148,12 @@ class PathRecorderNode(Node):
             return response
         response.success, response.message = True, str(target)
         return response
+
+    def destroy_node(self) -> None:
+        """Let go of the journal as well."""
+        if self._journal is not None:
+            self._journal.close()
+        super().destroy_node()
 
 
 def main() -> None:

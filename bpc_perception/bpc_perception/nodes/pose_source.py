@@ -15,6 +15,7 @@ from bpc_perception.conversions import ConversionError, stamp_to_ns, transform_t
 from bpc_perception.core.config import PoseConfig
 from bpc_perception.core.geometry import Array
 from bpc_perception.flange_poses import FlangePoses
+from bpc_perception.nodes.clock import expect_not_ahead
 from bpc_perception.nodes.diagnostics import Diagnostics
 
 TF_PERIOD = 0.01  # [s]
@@ -22,11 +23,12 @@ TF_PERIOD = 0.01  # [s]
 TakePose = Callable[[int, Array], None]
 
 
-def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, diagnostics: Diagnostics,
-                    take: TakePose) -> None:
+def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, maximum_lead: float,
+                    diagnostics: Diagnostics, take: TakePose) -> None:
     """Hand stamp [ns] and T_base_flange (4, 4) of every pose to ``take``.
 
-    Messages that are no poses are refused on ``diagnostics``. Raises ValueError where the source
+    Messages that are no poses, or of the future by more than ``maximum_lead`` [s], are refused on
+    ``diagnostics``, which also watches that they come. Raises ValueError where the source
     needs a package that is not installed.
     """
     if config.source == 'tf':
@@ -34,10 +36,13 @@ def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, diagnostics
         return
     poses = FlangePoses(config, base_frame)
     warned: list[bool] = []
+    diagnostics.expect(poses.topic)
 
     def received(message: Any) -> None:
+        diagnostics.heard(poses.topic)
         try:
             stamp_ns, T_base_flange = poses.read(message, node.get_clock().now().nanoseconds)
+            expect_not_ahead(node, 'pose', stamp_ns, maximum_lead)
         except ConversionError as error:
             diagnostics.refuse(error)
             return
@@ -62,6 +67,7 @@ def _follow_tf(node: Node, config: PoseConfig, base_frame: str, diagnostics: Dia
     buffer = tf2_ros.Buffer()
     tf2_ros.TransformListener(buffer, node)  # the node's subscriptions keep it
     latest = [0]
+    diagnostics.expect('/tf')
 
     def look() -> None:
         try:
@@ -74,6 +80,7 @@ def _follow_tf(node: Node, config: PoseConfig, base_frame: str, diagnostics: Dia
         stamp_ns = stamp_to_ns(message.header.stamp)
         if stamp_ns != latest[0]:
             latest[0] = stamp_ns
+            diagnostics.heard('/tf')
             take(stamp_ns, pose)
 
     node.create_timer(TF_PERIOD, look)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 import ctypes
 import os
 from pathlib import Path
@@ -16,6 +17,9 @@ from bpc_perception.core.config import ProcessConfig
 
 # Set for a child that shall not outlive its parent; its value is the parent's process id.
 PARENT_VARIABLE = 'BPC_PARENT'
+# Set for a child whose parent wants signs of life; its value is the descriptor of a pipe.
+HEARTBEAT_VARIABLE = 'BPC_HEARTBEAT'
+HEARTBEAT_PERIOD = 0.05  # [s]
 
 # Options of mallopt (malloc.h of glibc) and their values. A cloud of 37 MB exceeds the largest
 # size that glibc keeps for re-use by itself, 32 MB: each copy would be new memory, which the
@@ -55,6 +59,34 @@ def _end_orphaned(parent: int) -> None:
         time.sleep(0.5)
     time.sleep(ORPHAN_PATIENCE)
     os._exit(1)
+
+
+def open_heartbeat() -> int | None:
+    """The pipe into which the parent wants signs of life; None = it wants none."""
+    value = os.environ.pop(HEARTBEAT_VARIABLE, '')
+    if not value:
+        return None
+    pipe = int(value)
+    os.set_inheritable(pipe, False)
+    os.set_blocking(pipe, False)
+    return pipe
+
+
+class Heartbeat:
+    """Signs of life of a node, given between its callbacks: who hangs in one gives none."""
+
+    def __init__(self, pipe: int | None, name: str) -> None:
+        self._pipe = pipe
+        self._sign = f'{name}\n'.encode()
+        self._next = 0.0
+
+    def beat(self) -> None:
+        """Give a sign of life, unless there was one a moment ago."""
+        if self._pipe is None or time.monotonic() < self._next:
+            return
+        self._next = time.monotonic() + HEARTBEAT_PERIOD
+        with suppress(OSError):  # nobody reads it just now, or any more
+            os.write(self._pipe, self._sign)
 
 
 def be_a_good_neighbour(config: ProcessConfig, logger: RcutilsLogger) -> None:

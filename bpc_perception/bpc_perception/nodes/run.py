@@ -14,7 +14,12 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from bpc_perception.nodes.process import end_with_parent, keep_memory
+from bpc_perception.nodes.process import (
+    end_with_parent,
+    Heartbeat,
+    keep_memory,
+    open_heartbeat,
+)
 
 try:
     from rclpy.experimental import EventsExecutor
@@ -51,12 +56,13 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
     if carries_captures:
         keep_memory()
     end_with_parent()
+    pipe = open_heartbeat()
     # At a signal rclpy ends the spinning. Python would raise KeyboardInterrupt besides, in the
     # middle of anything, and the process aborts where that is C++ which takes no exceptions.
     signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init()
     try:
-        _spin(make_node, fast_streams)
+        _spin(make_node, fast_streams, pipe)
     except ExternalShutdownException:
         pass
     finally:
@@ -64,7 +70,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one, while Python winds up
 
 
-def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) -> None:
+def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool,
+          pipe: int | None) -> None:
     try:
         made = make_node()
     except (ValueError, OSError, ParameterException) as error:
@@ -77,11 +84,11 @@ def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) ->
     nodes = [made] if isinstance(made, Node) else list(made)
     logging.getLogger('bpc_perception').addHandler(RosLogHandler(nodes[0]))
     failures: list[Exception] = []
-    aside = [Thread(target=_spin_one, args=(node, failures)) for node in nodes[1:]]
+    aside = [Thread(target=_spin_one, args=(node, failures, pipe)) for node in nodes[1:]]
     for thread in aside:
         thread.start()
     try:
-        _spin_one(nodes[0], failures, fast_streams)
+        _spin_one(nodes[0], failures, pipe, fast_streams)
     finally:
         for thread in aside:
             thread.join()
@@ -92,16 +99,19 @@ def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) ->
             sys.exit(1)
 
 
-def _spin_one(node: Node, failures: list[Exception], fast: bool = False) -> None:
+def _spin_one(node: Node, failures: list[Exception], pipe: int | None,
+              fast: bool = False) -> None:
     """Spin in a thread; all end when this one does."""
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
     kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
     executor = kind()
     executor.add_node(node)
+    heart = Heartbeat(pipe, node.get_name())
     try:
         # Not spin(): that of the events executor never sleeps.
         while rclpy.ok():
             executor.spin_once(timeout_sec=0.1)
+            heart.beat()
     except ExternalShutdownException:
         pass
     except Exception as error:

@@ -24,7 +24,7 @@ from bpc_perception.core.geometry import Array
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.session import Session
 from bpc_perception.handeye import load_hand_eye
-from bpc_perception.nodes.clock import on_jump_back, steady_clock
+from bpc_perception.nodes.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.path_follower import PathFollower
@@ -33,7 +33,7 @@ from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 from bpc_perception.nodes.views import Views
 
-SKIPPED = 'captures skipped for newer ones'
+CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
 
 
 class ThicknessNode(Node):
@@ -51,7 +51,8 @@ class ThicknessNode(Node):
         self._session = Session(config, hand_eye)
         self._pairer = CapturePairer()
         self._handed_over: deque[tuple[Capture, int, Event]] = deque()
-        self._diagnostics = Diagnostics(self)
+        self._diagnostics = Diagnostics(self, watch=config.watch)
+        self._diagnostics.expect(CAPTURES, paced=True)
         self._frame = config.base_frame
         self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
         self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
@@ -60,8 +61,8 @@ class ThicknessNode(Node):
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
             self.create_subscription(kind, name, partial(self._on_camera, name), qos)
         if not hand_eye.on_base:
-            subscribe_poses(self, config.pose, config.base_frame, self._diagnostics,
-                            self._on_pose)
+            subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
+                            self._diagnostics, self._on_pose)
         self._path = PathFollower(self, self._frame, self._on_path, self._diagnostics.refuse)
         # Measured is after all messages that wait have been taken, since the newest wins.
         self._news = self.create_guard_condition(self._publish_results)
@@ -81,6 +82,7 @@ class ThicknessNode(Node):
     def hand_over(self, capture: Capture) -> Event:
         """Take a capture, from any thread; the event is set when it had its turn."""
         turn = Event()
+        self._diagnostics.heard(CAPTURES)
         self._handed_over.append((capture, time.monotonic_ns(), turn))
         self._news.trigger()
         return turn
@@ -96,9 +98,15 @@ class ThicknessNode(Node):
         turns = []
         while self._handed_over:
             capture, received_ns, turn = self._handed_over.popleft()
-            self._diagnostics.count('captures')
-            self._session.add_capture(capture, received_ns)
+            self._diagnostics.count(CAPTURES)
             turns.append(turn)
+            try:
+                expect_not_ahead(self, 'capture', capture.stamp_ns,
+                                 self._config.value.watch.maximum_lead)
+            except ConversionError as error:
+                self._diagnostics.refuse(error)
+                continue
+            self._session.add_capture(capture, received_ns)
         self._diagnostics.count(SKIPPED, self._session.skip_overtaken())
         self._measure()
         for turn in turns:

@@ -1,0 +1,115 @@
+"""The running print on disk, so that a path recorder that was killed goes on with it.
+
+An MCAP file of the updates of the path, each handed to the operating system before it is
+published: whoever heard of a point can be sure that it is the same after a restart. It has no
+chunks, so that nothing is held back and nothing piles up for an index.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import IO
+
+from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
+from mcap.writer import Writer
+from rclpy.serialization import serialize_message
+
+from bpc_interfaces.msg import DepositionPathUpdate
+from bpc_perception import topics
+from bpc_perception.bag import Bag, BagError, message_definition
+from bpc_perception.conversions import ConversionError, path_from_message, path_to_message
+from bpc_perception.core.growing_path import GrowingPath
+
+TOPIC = f'/{topics.PATH_UPDATE}'
+
+
+class PathJournal:
+    """The newest print in a folder, with the path as far as it is known."""
+
+    RECORDS = 3000  # after which the file is begun anew with the whole path: so it is read quickly
+    PERIOD_NS = 500_000_000  # in which it is said that a print without news goes on
+
+    def __init__(self, folder: Path, frame_id: str) -> None:
+        """Raises OSError where the folder cannot be made."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file = folder / 'running_print.mcap'
+        self._frame_id = frame_id
+        self._stream: IO[bytes] | None = None
+        self._print_id = ''
+        self._points = self._records = self._written_ns = 0
+        self._given_up = ''
+
+    def resume(self, now_ns: int, within: float) -> GrowingPath | None:
+        """The print that was running up to ``within`` seconds ago; None = there is none.
+
+        An ended one is none, nor one of the future: then the clock has jumped.
+        """
+        path: GrowingPath | None = None
+        try:
+            for _, log_ns, update in Bag(self._file).messages({TOPIC}):
+                part = path_from_message(update.path)
+                if path is None:
+                    path = GrowingPath(part.print_id, part.start_ns, update.first)
+                path.extend(update.first, part)
+                self._written_ns = log_ns
+        except (BagError, ConversionError):  # none, or damaged beyond what a kill does
+            return None
+        if path is None or path.finished or not 0 <= now_ns - self._written_ns <= within * 1e9:
+            return None
+        return path
+
+    def take(self, path: GrowingPath, now_ns: int) -> None:
+        """Write what is new of a path, to be called before it is published.
+
+        Raises OSError where that fails, once a print: then nothing is kept of it.
+        """
+        if path.print_id == self._given_up:
+            return
+        news = path.finished or len(path) > self._points
+        if path.print_id == self._print_id and not news and (
+                now_ns - self._written_ns < self.PERIOD_NS):
+            return
+        try:
+            if path.print_id != self._print_id or self._records >= self.RECORDS:
+                self._begin(path)
+            self._write(path, now_ns)
+        except OSError:
+            self._given_up = path.print_id
+            self.remove()
+            raise
+
+    def remove(self) -> None:
+        """Forget the print, on disk as well."""
+        self.close()
+        self._file.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Let go of the file; what comes next begins it anew."""
+        self._print_id = ''
+        if self._stream is not None:
+            self._stream.close()
+            self._stream = None
+
+    def _begin(self, path: GrowingPath) -> None:
+        """A new file, which takes the place of the old one with its first record."""
+        self.close()
+        self._stream = self._file.with_suffix('.tmp').open('wb', buffering=0)
+        self._writer = Writer(self._stream, use_chunking=False)
+        self._writer.start(Profile.ROS2, library='bpc')
+        kind = topics.type_name(DepositionPathUpdate)
+        schema = self._writer.register_schema(
+            kind, SchemaEncoding.ROS2, message_definition(kind).encode())
+        self._channel = self._writer.register_channel(TOPIC, MessageEncoding.CDR, schema)
+        self._print_id, self._records = path.print_id, 0
+        self._points = path.oldest
+
+    def _write(self, path: GrowingPath, now_ns: int) -> None:
+        update = DepositionPathUpdate(
+            first=self._points, path=path_to_message(path.path(self._points), self._frame_id))
+        self._writer.add_message(self._channel, now_ns, serialize_message(update), now_ns,
+                                 self._records)
+        self._writer.flush()
+        if self._records == 0:
+            self._file.with_suffix('.tmp').replace(self._file)
+        self._records += 1
+        self._points, self._written_ns = len(path), now_ns

@@ -1,0 +1,80 @@
+"""Shared memory of Fast DDS that processes left behind which were killed.
+
+Each participant has a segment ``fastrtps_<16 hexadecimal digits>`` of up to 70 MB, and each port
+on which it listens ``fastrtps_port<number>`` with ``sem.fastrtps_port<number>_mutex``. Beside both
+lies an empty file, ``..._el`` or ``..._sl``, on which the owner holds a lock (flock) as long as it
+lives [Fast DDS 2.14, src/cpp/utils/shared_memory and tools/fastdds/shm].
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+import fcntl
+import os
+from pathlib import Path
+import re
+import time
+
+SHARED_MEMORY = Path('/dev/shm')
+NAME = re.compile(r'(fastrtps_(?:[0-9a-f]{16}|port\d{1,5}))(_el|_sl)?')
+SETTLED = 2.0  # a younger file may be of a process that has not locked it yet [s]
+
+
+def clean(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> int:
+    """Remove what no living process uses; how many bytes."""
+    freed = 0
+    for file in unused(folder, settled):
+        with suppress(OSError):  # someone else was quicker
+            size = file.stat().st_size
+            file.unlink()
+            freed += size
+    return freed
+
+
+def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> list[Path]:
+    """The files that no living process uses.
+
+    In use is what someone holds the lock of or has mapped, or what belongs to another user.
+    """
+    groups: dict[str, list[Path]] = {}
+    for file in folder.glob('fastrtps_*'):
+        if match := NAME.fullmatch(file.name):
+            groups.setdefault(match[1], []).append(file)
+    mapped = _mapped_files() if groups else set()
+    found = []
+    for name, files in groups.items():
+        try:
+            states = [file.stat() for file in files]
+            if not (any(state.st_uid != os.geteuid() or time.time() - state.st_mtime < settled
+                        or (state.st_dev, state.st_ino) in mapped for state in states)
+                    or any(_locked(file) for file in files if file.name != name)):
+                found += files
+                found += folder.glob(f'sem.{name}_mutex')
+        except FileNotFoundError:  # its owner ended just now
+            continue
+    return found
+
+
+def _locked(file: Path) -> bool:
+    with file.open('rb') as stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
+
+
+def _mapped_files() -> set[tuple[int, int]]:
+    """Device and inode of the files of Fast DDS that a process we may look at has mapped."""
+    found = set()
+    for maps in Path('/proc').glob('[0-9]*/maps'):
+        try:
+            lines = maps.read_text(errors='replace').splitlines()
+        except OSError:  # it ended, or belongs to somebody else
+            continue
+        for line in lines:  # address, permissions, offset, device, inode, path
+            if 'fastrtps_' in line:
+                _, _, _, device, inode, _ = line.split(maxsplit=5)
+                major, minor = (int(number, 16) for number in device.split(':'))
+                found.add((os.makedev(major, minor), int(inode)))
+    return found

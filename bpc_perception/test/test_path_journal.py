@@ -1,0 +1,215 @@
+"""The running print on disk is what was published of it, whatever happened since."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+import os
+from pathlib import Path
+import resource
+import subprocess
+import sys
+
+from bpc_perception.core.growing_path import GrowingPath
+from bpc_perception.core.path import DepositionPath
+import numpy as np
+from perception_builders import path_through, SECOND, START_NS
+import pytest
+
+pytest.importorskip('rclpy')
+from bpc_perception.bag import Bag
+from bpc_perception.path_journal import PathJournal, TOPIC
+
+pytestmark = pytest.mark.ros
+FILE = 'running_print.mcap'
+COUNT = 40
+
+
+def whole(count: int = COUNT) -> DepositionPath:
+    x = 1e-3 * np.arange(count)
+    return path_through(np.column_stack((x, x**2, 0 * x)), finished=False)
+
+
+def grow(path: GrowingPath, target: DepositionPath, count: int, finished: bool = False) -> None:
+    """Let a path grow to its first points of a target."""
+    part = target.where(np.arange(len(target)) < count)
+    path.extend(0, replace(part, complete_until=float(part.time[-1]), finished=finished))
+
+
+@contextmanager
+def journal_in(folder: Path) -> Iterator[PathJournal]:
+    journal = PathJournal(folder, 'base')
+    try:
+        yield journal
+    finally:
+        journal.close()
+
+
+def keep(journal: PathJournal, path: GrowingPath, first: int, count: int,
+         finished: bool = False) -> None:
+    """Keep a path as it grows point by point, a second each."""
+    for number in range(first, count + 1):
+        grow(path, whole(), number, finished and number == count)
+        journal.take(path, START_NS + number * SECOND)
+
+
+def kept(folder: Path, count: int = COUNT, finished: bool = False) -> DepositionPath:
+    """A path that was kept point by point."""
+    path = GrowingPath('print', START_NS)
+    with journal_in(folder) as journal:
+        keep(journal, path, 1, count, finished)
+    return path.path()
+
+
+def resumed(folder: Path, later: float = 1.0, count: int = COUNT,
+            within: float = 30.0) -> DepositionPath | None:
+    path = PathJournal(folder, 'base').resume(
+        START_NS + round((count + later) * SECOND), within)
+    return None if path is None else path.path()
+
+
+def assert_same(one: DepositionPath | None, other: DepositionPath) -> None:
+    assert one is not None
+    for name in ('print_id', 'start_ns', 'complete_until', 'finished', 'time', 'arc_length',
+                 'points', 'plunger_velocity', 'flow_rate', 'extruding'):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+@pytest.mark.parametrize('records', [3, 1000])  # begun anew many times, or never
+def test_what_was_kept_is_resumed(tmp_path: Path, records: int,
+                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PathJournal, 'RECORDS', records)
+    known = kept(tmp_path)
+    assert_same(resumed(tmp_path), known)
+    assert [file.name for file in tmp_path.iterdir()] == [FILE]
+
+
+def test_a_resumed_print_is_kept_on(tmp_path: Path) -> None:
+    kept(tmp_path, 20)
+    with journal_in(tmp_path) as journal:
+        path = journal.resume(START_NS + 21 * SECOND, 30.0)
+        assert path is not None
+        keep(journal, path, 21, COUNT)
+    assert_same(resumed(tmp_path), path.path())
+
+
+def test_what_is_forgotten_of_a_long_print_stays_so(tmp_path: Path,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(GrowingPath, 'MAXIMUM', 16)
+    monkeypatch.setattr(PathJournal, 'RECORDS', 5)
+    known = kept(tmp_path)
+    path = PathJournal(tmp_path, 'base').resume(START_NS + 41 * SECOND, 30.0)
+    assert path is not None
+    assert len(path) == COUNT
+    np.testing.assert_array_equal(path.path().points[-8:], known.points[-8:])
+
+
+@pytest.mark.parametrize(('later', 'found'), [
+    (0.0, True), (29.9, True), (30.1, False),  # too long ago
+    (-0.1, False)])  # the clock has jumped back
+def test_a_stale_print_is_not_resumed(tmp_path: Path, later: float, found: bool) -> None:
+    kept(tmp_path)
+    assert (resumed(tmp_path, later) is not None) == found
+
+
+def test_an_ended_print_is_not_resumed(tmp_path: Path) -> None:
+    kept(tmp_path, finished=True)
+    assert resumed(tmp_path) is None
+
+
+def test_of_two_prints_the_newer_is_resumed(tmp_path: Path) -> None:
+    second = GrowingPath('second', START_NS)
+    grow(second, replace(whole(), print_id='second'), 3)
+    with journal_in(tmp_path) as journal:
+        keep(journal, GrowingPath('print', START_NS), 1, COUNT)
+        journal.take(second, START_NS + 50 * SECOND)
+    assert_same(resumed(tmp_path, count=50), second.path())
+
+
+def test_without_a_print_there_is_none(tmp_path: Path) -> None:
+    assert resumed(tmp_path / 'new') is None
+    kept(tmp_path)
+    PathJournal(tmp_path, 'base').remove()
+    assert resumed(tmp_path) is None
+
+
+def test_a_print_that_stands_still_is_not_written_all_the_time(tmp_path: Path) -> None:
+    path = GrowingPath('print', START_NS)
+    grow(path, whole(), 10)
+    with journal_in(tmp_path) as journal:
+        for number in range(1000):
+            journal.take(path, START_NS + number * SECOND // 100)
+    assert len(list(Bag(tmp_path / FILE).messages({TOPIC}))) == 20
+
+
+def test_torn_anywhere_it_holds_what_came_before(tmp_path: Path) -> None:
+    known = kept(tmp_path)
+    content = (tmp_path / FILE).read_bytes()
+    lengths = []
+    for size in range(0, len(content), 997):
+        (tmp_path / FILE).write_bytes(content[:size])
+        path = resumed(tmp_path)
+        if path is not None:
+            np.testing.assert_array_equal(path.points, known.points[:len(path)])
+        lengths.append(0 if path is None else len(path))
+    assert lengths == sorted(lengths)
+    assert 0 < lengths[len(lengths) // 2] < COUNT
+
+
+@pytest.mark.parametrize('content', [b'', b'no journal', bytes(10000)])
+def test_a_file_that_is_no_journal_is_none(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / FILE).write_bytes(content)
+    assert resumed(tmp_path) is None
+    known = kept(tmp_path)
+    assert_same(resumed(tmp_path), known)
+
+
+KILLED = """
+import os, sys
+sys.path.insert(0, sys.argv[2])
+from pathlib import Path
+from test_path_journal import kept
+kept(Path(sys.argv[1]))
+os.kill(os.getpid(), 9)
+"""
+
+
+def test_a_killed_process_leaves_all_that_it_kept(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, '-c', KILLED, str(tmp_path), str(Path(__file__).parent)],
+                   check=False, timeout=60)
+    path = resumed(tmp_path)
+    assert path is not None
+    assert len(path) == COUNT
+
+
+def test_on_a_full_disk_nothing_is_kept_and_that_is_said_once(tmp_path: Path) -> None:
+    """The limit on the size of a file stands in for the disk: both fail in write()."""
+    path, other = GrowingPath('print', START_NS), GrowingPath('other', START_NS)
+    grow(other, replace(whole(), print_id='other'), 3)
+    with journal_in(tmp_path) as journal:
+        keep(journal, path, 1, 1)
+        with files_limited_to((tmp_path / FILE).stat().st_size + 100):
+            with pytest.raises(OSError, match='File too large'):
+                keep(journal, path, 2, 2)
+            keep(journal, path, 3, 3)
+        assert list(tmp_path.iterdir()) == []
+        journal.take(other, START_NS + 3 * SECOND)  # there is room again
+    assert_same(resumed(tmp_path, count=3), other.path())
+
+
+@contextmanager
+def files_limited_to(size: int) -> Iterator[None]:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_full_disk_at_the_start_leaves_no_half_file(tmp_path: Path) -> None:
+    os.symlink('/dev/full', tmp_path / 'running_print.tmp')
+    with journal_in(tmp_path) as journal, pytest.raises(OSError, match='No space left'):
+        keep(journal, GrowingPath('print', START_NS), 1, 1)
+    assert not (tmp_path / FILE).exists()

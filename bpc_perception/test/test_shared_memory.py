@@ -1,0 +1,64 @@
+"""Shared memory that killed processes left is removed, that of living ones never."""
+
+from __future__ import annotations
+
+import fcntl
+import mmap
+import os
+from pathlib import Path
+
+from bpc_perception.shared_memory import clean
+import pytest
+
+SEGMENT, PORT = 'fastrtps_0123456789abcdef', 'fastrtps_port7411'
+
+
+def segment(folder: Path, name: str = SEGMENT, lock: str = '_el') -> list[Path]:
+    """The files of a segment or port, which nobody uses."""
+    files = [folder / name, folder / f'{name}{lock}', folder / f'sem.{name}_mutex']
+    files[0].write_bytes(bytes(mmap.PAGESIZE))
+    for file in files[1:]:
+        file.touch()
+    return files
+
+
+@pytest.mark.parametrize('lock', ['_el', '_sl'])
+@pytest.mark.parametrize('name', [SEGMENT, PORT])
+def test_what_nobody_uses_is_removed(tmp_path: Path, name: str, lock: str) -> None:
+    segment(tmp_path, name, lock)
+    others = [tmp_path / other for other in (
+        'sem.something', 'fastrtps_short', 'fastrtps_port123456', 'something_el')]
+    for other in others:
+        other.touch()
+    assert clean(tmp_path, settled=0) == mmap.PAGESIZE
+    assert sorted(tmp_path.iterdir()) == sorted(others)
+
+
+def test_what_is_locked_stays(tmp_path: Path) -> None:
+    files = segment(tmp_path)
+    with files[1].open() as owner:
+        fcntl.flock(owner, fcntl.LOCK_SH)
+        assert clean(tmp_path, settled=0) == 0
+        assert sorted(tmp_path.iterdir()) == sorted(files)
+    assert clean(tmp_path, settled=0) == mmap.PAGESIZE
+
+
+def test_what_is_mapped_stays(tmp_path: Path) -> None:
+    files = segment(tmp_path, PORT)
+    with files[0].open('r+b') as stream, mmap.mmap(stream.fileno(), 0):
+        assert clean(tmp_path, settled=0) == 0
+        assert all(file.exists() for file in files)
+    assert clean(tmp_path, settled=0) == mmap.PAGESIZE
+
+
+def test_what_is_young_stays(tmp_path: Path) -> None:
+    """Whoever made it may not have come to lock it."""
+    files = segment(tmp_path)
+    assert clean(tmp_path, settled=1000) == 0
+    for file in files:
+        os.utime(file, (0, 0))
+    assert clean(tmp_path, settled=1000) == mmap.PAGESIZE
+
+
+def test_a_folder_that_is_not_there_needs_no_cleaning(tmp_path: Path) -> None:
+    assert clean(tmp_path / 'none') == 0

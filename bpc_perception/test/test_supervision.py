@@ -1,0 +1,138 @@
+"""Nodes that die are started again: here small programs stand in for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+import os
+from pathlib import Path
+import signal
+from typing import Any
+
+import pytest
+
+pytest.importorskip('rclpy')
+from bpc_perception.cli import supervision
+from bpc_perception.cli.processes import NodeError, Nodes
+from bpc_perception.cli.supervision import Supervisor
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+
+pytestmark = pytest.mark.ros
+
+PROGRAMS = {
+    'lives': """
+import os, time
+pipe = int(os.environ['BPC_HEARTBEAT'])
+while True:
+    os.write(pipe, b'lives\\n')
+    time.sleep(0.05)
+""",
+    'hangs': """
+import os, time
+os.write(int(os.environ['BPC_HEARTBEAT']), b'hangs\\n')
+time.sleep(60)
+""",
+    'half_hangs': """
+import os, time
+pipe = int(os.environ['BPC_HEARTBEAT'])
+os.write(pipe, b'hangs\\n')
+while True:
+    os.write(pipe, b'lives\\n')
+    time.sleep(0.05)
+""",
+    'dies': "raise SystemExit('the last words')",
+    'refuses': "import sys\nprint('what is wrong')\nsys.exit(2)",
+    'lingers': """
+import os, signal, time
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+os.write(int(os.environ['BPC_HEARTBEAT']), b'lingers\\n')
+time.sleep(60)
+""",
+}
+
+
+class Suite:
+    """Programs under supervision, and what is said of them on /diagnostics."""
+
+    def __init__(self, graph: Any, nodes: Nodes) -> None:
+        self._graph = graph
+        self.nodes = nodes
+        self.said: list[DiagnosticStatus] = []
+        self._node = graph.make(Node, 'bpc_monitor')
+        self._node.create_subscription(
+            DiagnosticArray, '/diagnostics', lambda message: self.said.extend(message.status), 10)
+
+    def supervise(self, *names: str) -> None:
+        for name in names:
+            self.nodes.start(name)
+        self._supervisor = Supervisor(self.nodes, self._node)
+
+    def until(self, condition: Any) -> None:
+        def looked_after() -> Any:
+            self._supervisor.check()
+            return condition()
+
+        self._graph.spin_until(looked_after)
+
+    def level(self, name: str) -> bytes | None:
+        levels = [each.level for each in self.said if each.name == f'supervisor: {name}']
+        return levels[-1] if levels else None
+
+
+@pytest.fixture
+def suite(graph: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Suite]:
+    for name, text in PROGRAMS.items():
+        (tmp_path / f'{name}.py').write_text(text)
+    monkeypatch.setenv('PYTHONPATH', f'{tmp_path}:{os.environ.get("PYTHONPATH", "")}')
+    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'logs'))
+    with Nodes() as nodes:
+        yield Suite(graph, nodes)
+
+
+def test_a_killed_node_is_started_again_with_its_parameters(suite: Suite) -> None:
+    suite.supervise('lives')
+    suite.until(lambda: suite.level('lives') == DiagnosticStatus.OK)
+    before = suite.nodes.pid('lives')
+    arguments = Path(f'/proc/{before}/cmdline').read_bytes()
+    os.kill(before, signal.SIGKILL)
+    suite.until(lambda: suite.nodes.pid('lives') != before
+                and suite.level('lives') == DiagnosticStatus.OK)
+    assert Path(f'/proc/{suite.nodes.pid("lives")}/cmdline').read_bytes() == arguments
+    words, = {each.message for each in suite.said if each.level == DiagnosticStatus.ERROR}
+    assert words.startswith('ended with status -9: no output; it is started again')
+
+
+def test_three_deaths_end_it_all_and_name_the_cause(suite: Suite) -> None:
+    suite.supervise('lives', 'dies')
+    with pytest.raises(NodeError, match=r'3 deaths within .*(dies ended.*the last words.*){3}'):
+        suite.until(lambda: False)
+
+
+def test_a_node_that_refuses_to_start_is_not_asked_twice(suite: Suite) -> None:
+    suite.supervise('refuses')
+    with pytest.raises(NodeError, match=r'refuses: .* status 2: what is wrong'):
+        suite.until(lambda: False)
+
+
+@pytest.mark.parametrize('name', ['hangs', 'half_hangs'])
+def test_a_node_that_hangs_is_stale_and_then_started_again(
+        suite: Suite, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setattr(supervision, 'HUNG', 0.6)
+    suite.supervise(name)
+    suite.until(lambda: suite.level(name) == DiagnosticStatus.STALE)
+    before = suite.nodes.pid(name)
+    suite.until(lambda: suite.nodes.pid(name) != before)
+    assert any('hung for' in each.message for each in suite.said)
+
+
+def test_who_does_not_end_is_killed_together_with_the_others(
+        suite: Suite, tmp_path: Path) -> None:
+    suite.supervise('lives', 'lingers')
+    suite.until(lambda: suite.level('lives') == DiagnosticStatus.OK
+                and suite.nodes._beats['lingers'])
+    pids = [suite.nodes.pid(name) for name in ('lives', 'lingers')]
+    suite.nodes.__exit__(None, None, None)
+    assert [suite.nodes.status(name) for name in ('lives', 'lingers')] == [
+        -signal.SIGTERM, -signal.SIGKILL]
+    assert not any(Path(f'/proc/{pid}').exists() for pid in pids)
+    assert list((tmp_path / 'logs').iterdir()) == []
