@@ -33,7 +33,8 @@ from bpc_perception.print_log import PrintLog
 from bpc_perception.recording import captures
 
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
-LOSSLESS = {f'qos_overrides./{topics.POSE}.subscription.reliability': 'reliable'}
+LOSSLESS = {f'qos_overrides./{topic}.subscription.reliability': 'reliable'
+            for topic in topics.ROBOT}
 # Robot and extruder of a recording end with it, which is no fault.
 UNWATCHED = {'watch.warn_after': 0.0}
 PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]

@@ -400,6 +400,9 @@ class CameraConfig(Config):
     back_end: Annotated[str, Parameter(
         'Where captures come from: a recording, the simulated printer, or a Zivid camera',
         choices=('bag', 'synthetic', 'zivid'), read_only=True)] = 'bag'
+    autostart: Annotated[bool, Parameter(
+        'Whether it configures and activates itself at the start; if not, a lifecycle manager '
+        'has to', read_only=True)] = True
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
     region: Annotated[tuple[int, int, int, int], Parameter(

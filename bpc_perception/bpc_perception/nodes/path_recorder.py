@@ -27,6 +27,7 @@ from bpc_perception.nodes.path_publisher import PathPublisher
 from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
+from bpc_perception.nodes.silence import Silence
 from bpc_perception.path_journal import PathJournal
 
 
@@ -42,6 +43,8 @@ class PathRecorderNode(Node):
         self._tracker = PrintTracker(config.path)
         self._diagnostics = Diagnostics(self, watch=config.watch)
         self._diagnostics.expect(topics.EXTRUSION)
+        self._silences = {name: Silence(name, self._diagnostics)
+                          for name in ('robot', 'extruder')}
         self._publisher = PathPublisher(self, config.base_frame)
         self._journal = self._resume()
         subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
@@ -55,6 +58,7 @@ class PathRecorderNode(Node):
         self._jump = on_jump_back(self, self._forget)
 
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        self._silences['robot'].broken()
         try:
             taken = self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip))
         except JumpError as error:
@@ -66,6 +70,7 @@ class PathRecorderNode(Node):
             self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
 
     def _on_extruder(self, message: ExtrusionState) -> None:
+        self._silences['extruder'].broken()
         self._diagnostics.heard(topics.EXTRUSION)
         sample = extruder_from_message(message)
         try:
@@ -101,6 +106,8 @@ class PathRecorderNode(Node):
         return journal
 
     def _publish(self) -> None:
+        for silence in self._silences.values():
+            silence.check()
         growing = self._tracker.growing_path()
         if growing is None:
             return
