@@ -33,7 +33,11 @@ setup(
         *share('foxglove', '*.json'),
     ],
     install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},  # tells `colcon test` to run pytest
+    extras_require={
+        'test': ['pytest'],  # tells `colcon test` to run pytest
+        'figures': ['matplotlib'],  # --figures
+        'batch': ['distributed', 'pyarrow'],  # bpc batch
+    },
     zip_safe=False,
     entry_points={
         'console_scripts': [
