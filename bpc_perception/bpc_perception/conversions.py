@@ -367,6 +367,10 @@ def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
     if message.reason not in list(Reason):
         raise ConversionError(f'rate_advice: expected a reason up to {max(Reason)}, '
                               f'found {message.reason}')
+    for name in ('flow_rate_scale', 'speed_scale'):
+        if not 0 < getattr(message, name) < np.inf:
+            raise ConversionError(f'rate_advice: expected a {name} above 0, '
+                                  f'found {getattr(message, name)}')
     return RateAdvice(
         stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
         valid=bool(message.valid), reason=Reason(message.reason),

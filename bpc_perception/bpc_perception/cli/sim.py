@@ -143,8 +143,10 @@ def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Termina
 
             def complete() -> bool:
                 nodes.check()
-                return len(monitor.profiles) > 0 and bool(
-                    list(monitor.profiles.values())[-1].arc_length[-1] > job.length - AT_END)
+                # By place: arc length counts from where the recorder first heard of the print.
+                last = list(monitor.profiles.values())[-1:]
+                return any(bool(print_.nearest(profile.points[-1]) > job.length - AT_END)
+                           for profile in last if len(profile))
 
             if not monitor.spin_until(complete, patience) and not monitor.profiles:
                 raise ValueError('expected profiles, found none; '

@@ -58,12 +58,21 @@ def study(
 
 
 def table(title: str, rows: list[dict[str, Any]]) -> Table:
-    """Rows as a table."""
-    made = Table(title=title)
-    for column in rows[0]:
-        made.add_column(column, justify='right', no_wrap=True)
-    for row in rows:
-        made.add_row(*(in_words(value) for value in row.values()))
+    """Rows as a table; few rows with many columns are turned by a quarter."""
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    cells = [[in_words(row.get(column, '')) for column in columns] for row in rows]
+    turned = len(rows) < len(columns) / 2
+    made = Table(title=title, show_header=not turned)
+    if turned:
+        made.add_column('')
+        for _ in rows:
+            made.add_column('', justify='right', no_wrap=True)
+        cells = [[column, *values] for column, *values in zip(columns, *cells, strict=True)]
+    else:
+        for column in columns:
+            made.add_column(column, justify='right', no_wrap=True)
+    for values in cells:
+        made.add_row(*values)
     return made
 
 

@@ -12,6 +12,8 @@ import typer
 
 FOLDERS = ('bootstrap', 'bpc_perception/test', 'bpc_sim/test', 'test')
 PACKAGES = ('bpc_perception', 'bpc_sim')
+# Tests that wait for nodes leave a core idle. A file stays in one worker, with its fixtures.
+PARALLEL = ('-n', '2', '--dist', 'loadfile')
 
 
 def run_tests(
@@ -21,7 +23,7 @@ def run_tests(
     """Run ruff, mypy and all tests."""
     root = Path(os.environ.get('BPC_ROOT', '.'))
     steps = [['ruff', 'check', '.'], ['mypy', *(f'-p{package}' for package in PACKAGES)],
-             ['pytest', *(arguments or FOLDERS)]]
+             ['pytest', *(arguments or (*PARALLEL, *FOLDERS))]]
     for step in steps:
         print(f'bpc: {" ".join(step)}', flush=True)
         status = subprocess.run([sys.executable, '-m', *step], cwd=root, check=False).returncode

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from bpc_perception.conversions import ns_to_stamp
+from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
 from geometry_msgs.msg import PoseStamped
@@ -31,6 +33,7 @@ class SyntheticPrinterNode(Node):
         config = NodeConfig(self, SimConfig()).value
         self._print: ClosedLoopJob = config.closed_loop_job()
         self._start_ns = config.start_time_ns
+        self._diagnostics = Diagnostics(self)
         self._scales = {FLOW_SCALE: 1.0, SPEED_SCALE: 1.0}
         for name in self._scales:
             self.create_subscription(Float64, name, self._follow(name), topics.RESULT_QOS)
@@ -47,7 +50,11 @@ class SyntheticPrinterNode(Node):
 
     def _follow(self, name: str) -> Any:
         def take(message: Float64) -> None:
-            self._scales[name] = message.data
+            if math.isfinite(message.data) and message.data >= 0:
+                self._scales[name] = message.data
+            else:
+                self._diagnostics.refuse(
+                    f'{name}: expected a factor of at least 0, found {message.data}')
         return take
 
     def _now_ns(self) -> int:
