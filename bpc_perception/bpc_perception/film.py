@@ -13,6 +13,7 @@ BUDGET = 1_800_000  # of all pictures together [bytes]
 MOST = 256  # pictures
 LARGEST = 200_000  # of one [bytes]
 WIDEST = 960  # [pixels]
+ENLARGE = 4.0
 QUALITY = 80  # of WebP, in percent
 SHRINK = 0.7  # at most at once
 ROOM = 0.7  # below this share of what it may have, the next picture is larger
@@ -56,11 +57,15 @@ class Film:
 
 
 def draw(result: Result, width: float) -> NDArray[np.uint8]:
-    """The capture's image, RGB (H, W, 3), no wider than this, with what came of its samples."""
+    """The capture's image, RGB (H, W, 3), as wide as this, with what came of its samples.
+
+    Small images are enlarged, or else the dots would cover all of a bead, but by ENLARGE at most.
+    """
     image = result.capture.image
-    scale = min(1.0, width / image.shape[1])
-    picture = np.array(cv2.resize(image, None, fx=scale, fy=scale,
-                                  interpolation=cv2.INTER_AREA), np.uint8)
+    scale = min(ENLARGE, width / image.shape[1])
+    picture = np.array(cv2.resize(
+        image, None, fx=scale, fy=scale,
+        interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_NEAREST), np.uint8)
     if result.profile is not None:
         draw_samples(picture, result)
     return picture

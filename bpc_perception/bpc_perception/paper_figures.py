@@ -186,6 +186,7 @@ def plan(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None) ->
     assert figure is not None
     bar = figure.colorbar(ribbon, ax=axes, shrink=0.8,
                           label=f'off the {"median" if targets is None else "target"} [%]')
+    assert bar.solids is not None
     bar.solids.set(rasterized=False, edgecolor='face')
 
 

@@ -130,7 +130,7 @@ def test_page_leafs_through_the_captures(page):
     frames = json.loads(page.split('id="frames">')[1].split('</script>')[0])
     refused, reported = frames
     assert refused['words'] == 'refused: no <deposit>'
-    assert picture(refused['source']).shape == (24, 32, 3)
+    assert picture(refused['source']).shape == (4 * 24, 4 * 32, 3)
     assert (reported['capture'], reported['source']) == (0, '')
     assert reported['words'] == '2.000 mm ± 0.000 mm, 100.0 % known'
 
