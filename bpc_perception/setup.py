@@ -23,7 +23,8 @@ setup(
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     # Everything beside the modules that they read: templates, transport profiles.
-    package_data={PACKAGE: ['py.typed', '**/*.j2', '**/*.json', '**/*.xml', '**/*.yaml']},
+    package_data={PACKAGE: ['py.typed', '**/*.css', '**/*.j2', '**/*.json', '**/*.xml',
+                            '**/*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -34,9 +35,10 @@ setup(
     ],
     install_requires=['setuptools'],
     extras_require={
-        'test': ['pytest'],  # tells `colcon test` to run pytest
-        'figures': ['matplotlib'],  # --figures
         'batch': ['distributed', 'pyarrow'],  # bpc batch
+        'figures': ['matplotlib'],  # --figures
+        'page': ['nicegui'],  # --page
+        'test': ['pytest'],  # tells `colcon test` to run pytest
     },
     zip_safe=False,
     entry_points={
@@ -47,6 +49,7 @@ setup(
             'camera_driver = bpc_perception.nodes.camera_driver:main',
             'composed = bpc_perception.nodes.composed:main',
             'extruder_bridge = bpc_perception.nodes.extruder_bridge:main',
+            'page = bpc_perception.nodes.page:main',
             'path_recorder = bpc_perception.nodes.path_recorder:main',
             'thickness = bpc_perception.nodes.thickness:main',
         ],

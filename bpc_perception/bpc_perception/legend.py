@@ -42,6 +42,8 @@ REASONS = {
 }
 # Of the same palette, for prints that are compared.
 PRINTS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#000000')
+# Something is wrong that more rate does not mend.
+ALARMS = {Reason.GAP_DETECTED, Reason.CLOG_SUSPECTED, Reason.PATH_OFFSET, Reason.EXTRUDER_FAULT}
 # Too thin, on target, too thick; at and beyond this share off the target the colour is full.
 THIN, RIGHT_ON, THICK, FULL = '#0072B2', '#EEEEEE', '#D55E00', 0.2
 

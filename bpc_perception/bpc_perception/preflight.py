@@ -14,6 +14,7 @@ RATES = {'pose': (10.0, 50.0), 'extruder': (4.0, 10.0)}
 LATE_WARN, LATE_FAIL = 0.1, 1.0  # from a stamp to its receipt [s]
 CAPTURE_LATE_WARN, CAPTURE_LATE_FAIL = 2.0, 10.0  # of a capture, which is processed meanwhile [s]
 EARLY = 0.02  # a stamp this far ahead of our clock is of another [s]
+SET_CLOCKS = 'let chrony or PTP set the clocks of all computers'
 OLD_CALIBRATION = 30.0  # [days]
 DISK_FAIL, DISK_WARN = 1e9, 20e9  # [bytes]; a capture of full size has 47 MB
 SHM_WARN = 300e6  # [bytes] what transport.xml asks for, with room for both sides
@@ -107,18 +108,18 @@ def _judge_clock(heard: Heard) -> Iterator[Finding]:
         yield Finding(WARN, subject, 'its messages have no stamps', 'the path is late by the '
                       'delay of the network; rather publish a stamped pose')
         return
-    delay, earliest = median(heard.delays), min(heard.delays)
+    # The least delay is that of the clocks; what comes on top is the network's and ours.
+    least, usual = min(heard.delays), median(heard.delays)
     camera = heard.kind == 'camera'
     warn, fail = ((CAPTURE_LATE_WARN, CAPTURE_LATE_FAIL) if camera else (LATE_WARN, LATE_FAIL))
-    found = f'stamps come {delay * 1e3:.0f} ms late'
-    if earliest < -EARLY:
-        yield Finding(FAIL, subject, f'stamps are {-earliest * 1e3:.0f} ms ahead of this '
-                      'computer', 'let chrony or PTP set the clocks of all computers')
-    elif delay > fail:
-        yield Finding(FAIL, subject, found, 'let chrony or PTP set the clocks of all computers')
-    else:
-        yield Finding(WARN if delay > warn else OK, subject, found,
-                      'look for a busy computer or network' if delay > warn else '')
+    if least < -EARLY:
+        yield Finding(FAIL, subject, f'stamps are {-least * 1e3:.0f} ms ahead of this computer',
+                      SET_CLOCKS)
+        return
+    level = FAIL if least > fail else WARN if usual > warn else OK
+    yield Finding(level, subject, f'stamps come {usual * 1e3:.0f} ms late',
+                  '' if level == OK else
+                  SET_CLOCKS if least > warn else 'look for a busy computer or network')
 
 
 def judge_calibration(mount: str, age_days: float) -> Finding:

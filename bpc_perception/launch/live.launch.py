@@ -22,6 +22,7 @@ TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
 TOPICS = {
     'pose_topic': 'end_effector_pose',
     'joint_states_topic': 'joint_states',
+    'lbr_state_topic': 'lbr_state',
     'extrusion_topic': 'extrusion_state',
     'image_topic': 'color/image_color',
     'camera_info_topic': 'color/camera_info',
@@ -33,7 +34,7 @@ def nodes(context: LaunchContext) -> list[Node]:
     """The nodes that the arguments ask for."""
     given = {name: LaunchConfiguration(name).perform(context) for name in (
         'params_file', 'hand_eye_file', 'namespace', 'use_sim_time', 'camera',
-        'camera_settings_file', 'extruder', *TOPICS)}
+        'camera_settings_file', 'autostart', 'extruder', *TOPICS)}
     live_recorder(given['params_file'] or None)  # refuses to start without a nozzle offset
     parameters = [given['params_file']] if given['params_file'] else []
     parameters.append({'use_sim_time': given['use_sim_time'] == 'true'})
@@ -47,8 +48,9 @@ def nodes(context: LaunchContext) -> list[Node]:
         chosen = [] if given['camera'] == 'driver' else [
             {'back_end': 'zivid', 'settings_file': given['camera_settings_file']}]
         started.append(Node(package='bpc_perception', executable='composed',
-                            parameters=[*parameters, *chosen], additional_env=TRANSPORT,
-                            **common))
+                            parameters=[*parameters, {'autostart': given['autostart'] == 'true'},
+                                        *chosen],
+                            additional_env=TRANSPORT, **common))
     else:
         started.append(Node(package='bpc_perception', executable='thickness', name='thickness',
                             parameters=parameters, **common))
@@ -83,6 +85,10 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'camera_settings_file', default_value='',
             description='With camera:=vendor and camera:=zivid: capture settings (.yml).'),
+        DeclareLaunchArgument(
+            'autostart', default_value='true', choices=('true', 'false'),
+            description='With camera:=driver and camera:=zivid: false = the camera driver waits '
+                        'for a lifecycle manager.'),
         DeclareLaunchArgument(
             'extruder', default_value='none', choices=('none', 'bridge'),
             description='bridge = start extruder_bridge; none = extrusion_state is published.'),

@@ -59,11 +59,21 @@ def test_all_is_well(kind: str) -> None:
     (heard('camera', delay=0.5), OK, '500 ms late'),
     (heard('camera', delay=3.0), WARN, '3000 ms late'),
     (heard(delays=[]), WARN, 'no stamps'),
+    (heard(delays=[0.01, 3.0, 3.0]), WARN, '3000 ms late'),
 ])
 def test_a_fault_is_named(fault: Heard, level: str, words: str) -> None:
     found = [finding for finding in judge_topic(fault) if words in finding.found]
     assert [finding.level for finding in found] == [level]
     assert level == OK or found[0].todo
+
+
+def test_a_busy_computer_is_told_from_a_clock_that_is_behind() -> None:
+    found, = (finding for finding in judge_topic(heard(delays=[0.01, *[3.0] * 9]))
+              if 'clock' in finding.subject)
+    assert 'busy computer' in found.todo
+    found, = (finding for finding in judge_topic(heard(delays=[2.9, *[3.0] * 9]))
+              if 'clock' in finding.subject)
+    assert (found.level, 'chrony' in found.todo) == (FAIL, True)
 
 
 def test_a_best_effort_pose_is_heard() -> None:

@@ -37,9 +37,11 @@ class ClosedLoopCamera:
         self._tip = np.zeros(3)
         self._poses: deque[tuple[float, float, Array]] = deque()
         self._number = 0
-        node.create_subscription(
-            ExtrusionState, topics.EXTRUSION, self._on_extruder, topics.EXTRUSION_QOS)
-        node.create_subscription(PoseStamped, topics.POSE, self._on_pose, topics.EXTRUSION_QOS)
+        self._node = node
+        self._subscriptions = [
+            node.create_subscription(kind, topic, take, topics.EXTRUSION_QOS)
+            for kind, topic, take in ((ExtrusionState, topics.EXTRUSION, self._on_extruder),
+                                      (PoseStamped, topics.POSE, self._on_pose))]
 
     def _on_extruder(self, message: ExtrusionState) -> None:
         self._flow = message.flow_rate if message.extruding else 0.0
@@ -59,6 +61,9 @@ class ClosedLoopCamera:
         self._poses.append((time, self._s, pose))
         while time - self._poses[0][0] > HISTORY:
             self._poses.popleft()
+
+    def connect(self) -> None:
+        """It is there."""
 
     def due(self, now_ns: int) -> bool:
         """Never: it is asked for captures."""
@@ -91,4 +96,6 @@ class ClosedLoopCamera:
         return {}
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Listen no more."""
+        while self._subscriptions:
+            self._node.destroy_subscription(self._subscriptions.pop())

@@ -36,7 +36,7 @@ def loop_parameters(print_: ClosedLoopJob, table: Path) -> dict[str, object]:
             for s, width in zip(targets.arc_length, targets.thickness, strict=True)]
     table.write_text('\n'.join(('arc_length_mm,thickness_mm', *rows)) + '\n')
     values = parameters(print_.job, float(targets.thickness[0]))
-    thickness = values['thickness']
+    thickness = values['/**/thickness']
     assert isinstance(thickness, dict)
     thickness['ros__parameters']['advice.target_file'] = str(table)
     return values

@@ -70,7 +70,7 @@ def hand_eye(job: PrintJob) -> dict[str, object]:
 
 
 def parameters(job: PrintJob, target: float) -> dict[str, object]:
-    """The parameters of the nodes for this job."""
+    """The parameters of the nodes for this job, in whatever namespace they are."""
     offset = np.asarray(job.nozzle_offset, float).tolist()
-    return {'path_recorder': {'ros__parameters': {'nozzle_offset': offset}},
-            'thickness': {'ros__parameters': {'advice.target_thickness': target}}}
+    return {'/**/path_recorder': {'ros__parameters': {'nozzle_offset': offset}},
+            '/**/thickness': {'ros__parameters': {'advice.target_thickness': target}}}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from bpc_perception.core.capture import Capture
@@ -23,6 +23,9 @@ class SyntheticCamera:
         self._job = job
         self._start_ns = start_ns
         self._number = 0
+
+    def connect(self) -> None:
+        """It is there."""
 
     def due(self, now_ns: int) -> bool:
         """Never: it is asked for captures."""
@@ -63,11 +66,11 @@ class FinishedPrintCamera(SyntheticCamera):
         return replace(self._still, stamp_ns=stamp_ns, image=image, cloud=cloud)
 
 
-def open_camera(node: Node) -> SyntheticCamera | ClosedLoopCamera:
-    """A camera for the print that the node's parameters name."""
+def prepare(node: Node) -> Callable[[], SyntheticCamera | ClosedLoopCamera]:
+    """What opens a camera for the print that the node's parameters name."""
     config = NodeConfig(node, SimConfig()).value
     if config.situation:
-        return ClosedLoopCamera(node, config.closed_loop_job())
+        return lambda: ClosedLoopCamera(node, config.closed_loop_job())
     if config.finished:
-        return FinishedPrintCamera(config.job(), node.get_clock())
-    return SyntheticCamera(config.job(), config.start_time_ns)
+        return lambda: FinishedPrintCamera(config.job(), node.get_clock())
+    return lambda: SyntheticCamera(config.job(), config.start_time_ns)

@@ -74,6 +74,7 @@ class ZividDouble:
         intrinsics_scale: of the intrinsics told, where they belong to another resolution.
         throttling: how long a capture waits before it begins [s].
         connections: how often it was connected.
+        application: which is there; a process may have one at a time.
     """
 
     see: Callable[[float], Capture]
@@ -85,6 +86,7 @@ class ZividDouble:
     estimate_scale: float = 1.0
     throttling: float = 0.0
     connections: int = 0
+    application: Application | None = None
     serial_number: str = '2020C0DE'
 
     def is_plugged(self) -> bool:
@@ -108,6 +110,9 @@ class Application:
     """Finds cameras."""
 
     def __init__(self, double: ZividDouble) -> None:
+        if double.application is not None:
+            raise RuntimeError('There is an application already')
+        double.application = self
         self._double = double
         self._released = False
 
@@ -125,6 +130,7 @@ class Application:
     def release(self) -> None:
         """Let go of the SDK."""
         self._released = True
+        self._double.application = None
 
 
 class Camera:

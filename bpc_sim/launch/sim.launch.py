@@ -30,9 +30,7 @@ def actions(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     folder = Path(tempfile.mkdtemp(prefix='bpc_sim-'))
     calibration, settings = folder / 'hand_eye.calib', folder / 'params.yaml'
     calibration.write_text(yaml.safe_dump(hand_eye(sim.job())))
-    job_parameters = parameters(sim.job(), float(given['target']))
-    settings.write_text(yaml.safe_dump(
-        {f'/**/{node}': values for node, values in job_parameters.items()}))
+    settings.write_text(yaml.safe_dump(parameters(sim.job(), float(given['target']))))
     live = Path(get_package_share_directory('bpc_perception'), 'launch', 'live.launch.py')
     camera = {**common, 'back_end': 'synthetic', 'rate': float(given['rate'])}
     return [

@@ -19,9 +19,10 @@ import pytest
 pytest.importorskip('rclpy')
 from bpc_perception.bag import Bag, BagWriter
 from bpc_perception.conversions import capture_to_messages, image_to_rgb
-from bpc_perception.drivers import BACK_ENDS, Camera, CameraError, open_camera
+from bpc_perception.drivers import BACK_ENDS, Camera, CameraError, prepare_camera
 from bpc_perception.nodes.camera_driver import CameraDriverNode
 from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
@@ -75,7 +76,8 @@ def rig(request: pytest.FixtureRequest, graph: Graph, tmp_path: Path) -> Iterato
                       'start_time_ns': time.time_ns() - 100 * 10**9}
     else:
         double = request.getfixturevalue('zivid')
-    camera = open_camera(name, graph.make(Node, 'owner', **parameters))
+    camera = prepare_camera(name, graph.make(Node, 'owner', **parameters))()
+    camera.connect()
     yield Rig(graph, camera, lambda: SEEN, double)
     camera.close()
 
@@ -125,7 +127,8 @@ def test_due_is_asked_at_any_time(rig: Rig) -> None:
     assert isinstance(rig.camera.due(time.time_ns()), bool)
 
 
-def test_closing_twice_does_no_harm(rig: Rig) -> None:
+def test_connecting_and_closing_twice_does_no_harm(rig: Rig) -> None:
+    rig.camera.connect()
     rig.capture()
     rig.camera.close()
     rig.camera.close()
@@ -151,7 +154,7 @@ def test_a_damaged_recording_is_said_and_the_driver_lives(graph: Graph, tmp_path
         for message in (capture_to_messages(SEEN), [b'\x00\x01\x00\x00no image'] * 3):
             for topic, part in zip(topics.CAMERA, message, strict=True):
                 bag.write(f'/{topic}', 10**9, part)
-    camera = open_camera('bag', graph.make(Node, 'owner', bag=str(tmp_path / 'bag')))
+    camera = prepare_camera('bag', graph.make(Node, 'owner', bag=str(tmp_path / 'bag')))()
     assert len(Bag(tmp_path / 'bag').topics) == 3
     np.testing.assert_array_equal(camera.capture(2 * 10**9).image, SEEN.image)
     assert camera.due(2 * 10**9)
@@ -166,7 +169,7 @@ def test_a_damaged_recording_is_said_and_the_driver_lives(graph: Graph, tmp_path
 
 
 def opened(graph: Graph, **parameters: Any) -> Any:
-    return open_camera('zivid', graph.make(Node, 'owner', **parameters))
+    return prepare_camera('zivid', graph.make(Node, 'owner', **parameters))()
 
 
 def test_the_stamp_is_the_middle_of_the_acquisition(graph: Graph, zivid: ZividDouble) -> None:
@@ -213,13 +216,44 @@ def test_a_failure_while_processing_is_no_capture(graph: Graph, zivid: ZividDoub
 def test_started_before_the_camera_is_there(graph: Graph, zivid: ZividDouble) -> None:
     zivid.plugged = False
     camera = opened(graph)
-    assert 'No Zivid cameras' in str(camera.notes()['WARN'])
+    with pytest.raises(CameraError, match='No Zivid cameras are connected'):
+        camera.connect()
+    zivid.plugged = True
+    camera.connect()
+    camera.connect()
+    assert zivid.connections == 1
     camera.close()
 
 
+def test_the_node_is_active_before_the_camera_is_there(graph: Graph, zivid: ZividDouble) -> None:
+    zivid.plugged = False
+    node = graph.make(CameraDriverNode, back_end='zivid')
+    assert node.state == 'active'
+    assert any('No Zivid cameras' in text for text in node._diagnostics._news)
+    zivid.plugged = True
+    end = time.monotonic() + 5
+    while not zivid.connections:
+        assert time.monotonic() < end
+        node._camera.due(0)
+
+
+def test_a_manager_is_told_that_there_is_no_camera(graph: Graph, zivid: ZividDouble) -> None:
+    zivid.plugged = False
+    node = graph.make(CameraDriverNode, back_end='zivid', autostart=False)
+    assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+    assert 'No Zivid cameras are connected' in str(node._failure)
+    assert zivid.application is None
+    zivid.plugged = True
+    for round_ in (1, 2):
+        assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+        assert zivid.connections == round_
+        assert node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+        assert zivid.application is None
+
+
 def test_another_serial_number_is_not_taken(graph: Graph, zivid: ZividDouble) -> None:
-    camera = opened(graph, serial_number='1234')
-    assert '1234 not found' in str(camera.notes()['WARN'])
+    with pytest.raises(CameraError, match='1234 not found'):
+        opened(graph, serial_number='1234').connect()
     assert zivid.connections == 0
 
 
@@ -246,6 +280,7 @@ def test_unfit_settings_are_refused(graph: Graph, zivid: ZividDouble, tmp_path: 
     (tmp_path / 'settings.yml').write_text(text)
     with pytest.raises(ValueError, match=words):
         opened(graph, settings_file=str(tmp_path / 'settings.yml'))
+    assert zivid.application is None  # it can be tried again
 
 
 def test_colours_are_brighter_if_asked_for(graph: Graph, zivid: ZividDouble) -> None:

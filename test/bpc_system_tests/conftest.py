@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 import os
 from pathlib import Path
+from typing import Any
 
 from bpc_perception.cli.processes import TRANSPORT, TRANSPORT_VARIABLES
 import pytest
 
+from . import browser as browsers
 from . import command_line
 from .command_line import ROOT
 from .ros_graph import own_domain
@@ -43,3 +45,15 @@ def short_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command_line.succeed(
         'sim', '--scenario', 'line', '--speed', 25, '--rate', 0.8, '--record', bag)
     return bag
+
+
+@pytest.fixture(scope='module')
+def browser() -> Iterator[Any]:
+    """A browser for the tests of a file."""
+
+    if lacking := browsers.missing():
+        if browsers.required():
+            pytest.fail(lacking)
+        pytest.skip(lacking)
+    with browsers.browsing() as driver:
+        yield driver

@@ -1,35 +1,80 @@
-"""Run as a program, draws docs/overlay.png, the picture in the README."""
+"""Run as a program, makes the pictures in the README anew, from the sample recording.
+
+They are docs/overlay.png, docs/page.jpg and docs/report.jpg; the last two need a browser.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
+import tempfile
 
-from bpc_perception.bag import Bag
-from bpc_perception.core.config import RecorderConfig, ThicknessConfig
-from bpc_perception.core.session import Result
-from bpc_perception.handeye import load_hand_eye
-from bpc_perception.offline import measure_bag
 from bpc_perception.overlay import draw_overlay
-from bpc_perception.parameter_files import configure
 import cv2
+import numpy as np
+from selenium.webdriver import Chrome
 
-ROOT = Path(__file__).resolve().parents[2]
-BAG = ROOT / 'bags' / 'spiral_gaps'
-PICTURE = ROOT / 'docs' / 'overlay.png'
+from .browser import browsing, DESKTOP, missing, show_as
+from .command_line import ROOT, SAMPLE, succeed
+from .page_stage import Stage, staged
+from .sample_print import sample_results
+
+DOCS = ROOT / 'docs'
+LARGEST = 200_000  # [bytes]
+QUALITIES = range(95, 40, -5)  # of JPEG
+NODES = ('camera_driver', 'path_recorder', 'thickness')
 
 
-def measured() -> Result:
+def overlay() -> None:
     """The last capture of the sample print."""
-    parameters = BAG / 'params.yaml'
-    *_, last = measure_bag(
-        Bag(BAG), load_hand_eye(BAG / 'hand_eye.calib'),
-        configure(ThicknessConfig(), 'thickness', parameters),
-        configure(RecorderConfig(), 'path_recorder', parameters))
-    return last
+    picture = draw_overlay(sample_results()[-1]) & 0xF0  # fewer colours, a smaller file
+    cv2.imwrite(str(DOCS / 'overlay.png'), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
+                [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+def page(stage: Stage) -> None:
+    """The live page after that capture."""
+    stage.open()
+    for capture in range(1, len(stage.results)):
+        stage.show(capture)
+    for name in NODES:
+        stage.printer.say(name)
+    stage.wait(lambda: stage.text('.area-nodes').count('ok') == len(NODES))
+    stage.wait(lambda: stage.driver.execute_script(
+        'const image = document.querySelector(".overlay img"); return image?.complete'))
+    height = int(stage.driver.execute_script('return document.body.scrollHeight'))
+    show_as(stage.driver, (DESKTOP[0], height))
+    stage.wait(lambda: stage.driver.execute_script(
+        'return document.querySelector(".chart canvas").width > 1000'))
+    save(stage.driver, 'page.jpg')
+
+
+def report(driver: Chrome) -> None:
+    """The top of the sample print's report."""
+    with tempfile.TemporaryDirectory() as folder:
+        succeed('measure', SAMPLE.relative_to(ROOT), '--out', folder, folder=ROOT)
+        show_as(driver, DESKTOP)
+        driver.get(Path(folder, 'report.html').as_uri())
+        save(driver, 'report.jpg')
+
+
+def save(driver: Chrome, name: str) -> None:
+    """What the browser shows, as good as it gets in a small file."""
+    picture = cv2.imdecode(np.frombuffer(driver.get_screenshot_as_png(), np.uint8),
+                           cv2.IMREAD_COLOR)
+    for quality in QUALITIES:
+        _, data = cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
+        if len(data) < LARGEST:
+            (DOCS / name).write_bytes(data.tobytes())
+            return
+    raise ValueError(f'{name}: expected less than {LARGEST} bytes, found {len(data)}')
 
 
 if __name__ == '__main__':
-    PICTURE.parent.mkdir(exist_ok=True)
-    picture = draw_overlay(measured()) & 0xF0  # fewer colours, a smaller file
-    cv2.imwrite(str(PICTURE), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
-                [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    if lacking := missing():
+        raise SystemExit(lacking)
+    DOCS.mkdir(exist_ok=True)
+    overlay()
+    with browsing() as driver:
+        with staged(driver) as stage:
+            page(stage)
+        report(driver)

@@ -16,6 +16,7 @@ from bpc_perception.core.config import (
     Config,
     ExtruderConfig,
     flatten,
+    PageConfig,
     Parameter,
     PlayerConfig,
     RecorderConfig,
@@ -36,6 +37,7 @@ TABLES: dict[str, type[Config]] = {
     'thickness': ThicknessConfig,
     'bag_player': PlayerConfig,
     'bag_recorder': BagRecorderConfig,
+    'page': PageConfig,
     'synthetic printer': SimConfig,
     'print_controller': ControllerConfig,
 }

@@ -1,7 +1,8 @@
 """A print on a rig made of doubles, through ``bpc live``: every device in its own words.
 
-An arm that tells its joints, a Tic on a pseudo-terminal, a Zivid camera behind a stand-in for the
-vendor's package. The camera is fixed beside the robot, or in its hand and moves as it prints.
+An arm that tells its joints as the LBR stack does, a Tic on a pseudo-terminal, a Zivid camera
+behind a stand-in for the vendor's package. The camera is fixed beside the robot, with poses from
+joint states; or it is in its hand and moves as it prints, with poses from the controller's state.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 import os
 from pathlib import Path
 import signal
@@ -29,14 +31,16 @@ import yaml
 from bpc_sim import rig as doubles
 
 from .command_line import command
+from .lbr_messages import lbr_messages
 from .ros_graph import Listener, listening, own_domain
 from .truth_of_prints import compare, expect_the_truth, pixel_size
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 SCENARIO, SPEED = 'line', 0.01  # 50 mm in 5 s
-START_DELAY = 6.0  # until arm and camera run, with a large margin [s]
+START_DELAYS = 6.0, 20.0, 60.0  # until arm and camera run; the next where it was too short [s]
 LEAD, STEPS = 1e-3, 200
 NOZZLE = [0.0, 0.0, 0.15]
+REMAPPED = {'joint_states': '/lbr/joint_states', 'lbr_state': '/lbr/state'}
 
 
 @dataclass
@@ -56,7 +60,8 @@ def bpc_live(folder: Path) -> Iterator[None]:
     """``bpc live`` with what is in the folder; it ends with the block, and in good order."""
     live = subprocess.Popen(
         command('live', '--handeye', folder / 'cell.calib', '--params', folder / 'cell.yaml',
-                '--remap', 'joint_states:=/lbr/joint_states'),
+                *(item for topic, other in REMAPPED.items()
+                  for item in ('--remap', f'{topic}:={other}'))),
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield
@@ -81,14 +86,14 @@ def environment(**values: str) -> Iterator[None]:
                 os.environ[name] = value
 
 
-def write_settings(folder: Path, rig: doubles.Rig) -> None:
+def write_settings(folder: Path, rig: doubles.Rig, source: str) -> None:
     """What a user has beside his printer."""
     save_hand_eye(folder / 'cell.calib', HandEye(rig.on_base, rig.T_parent_camera), 'cell', BASE,
                   FLANGE, 'zivid_optical_frame')
     bridge = {'back_end': 'tic', 'port': str(folder / 'ttyACM0'),
               'plunger': {'lead': LEAD, 'bore': SYRINGE_BORE}}
     (folder / 'cell.yaml').write_text(yaml.safe_dump({
-        '/**': {'ros__parameters': {'pose': {'source': 'joint_states', 'robot': 'lbr_med_7'}}},
+        '/**': {'ros__parameters': {'pose': {'source': source, 'robot': 'lbr_med_7'}}},
         'path_recorder': {'ros__parameters': {'nozzle_offset': NOZZLE}},
         'thickness': {'ros__parameters': {'advice.target_thickness': 0.002}},
         'extruder_bridge': {'ros__parameters': bridge}}))
@@ -97,12 +102,15 @@ def write_settings(folder: Path, rig: doubles.Rig) -> None:
         'from bpc_sim.rig import install\n\ninstall()\n')
 
 
-@pytest.fixture(scope='module', params=[True, False], ids=['eye_on_base', 'eye_in_hand'])
+@pytest.fixture(scope='module', params=[('eye_on_base', 'joint_states'),
+                                       ('eye_in_hand', 'lbr_state')], ids='-'.join)
 def running(request: pytest.FixtureRequest,
             tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     folder = tmp_path_factory.mktemp('rig')
-    rig = doubles.Rig(SCENARIOS[SCENARIO](SPEED), request.param)
-    write_settings(folder, rig)
+    mount, source = request.param
+    rig = doubles.Rig(SCENARIOS[SCENARIO](SPEED), mount == 'eye_on_base')
+    write_settings(folder, rig, source)
+    messages = lbr_messages(folder / 'lbr') if source == 'lbr_state' else {}
     plug = folder / 'plugged'
     plug.touch()
     start_ns = 2**62  # not yet
@@ -115,26 +123,52 @@ def running(request: pytest.FixtureRequest,
 
     variables = {doubles.SCENARIO: SCENARIO, doubles.SPEED: str(SPEED),
                  doubles.PLUG: str(plug),
-                 doubles.MOUNT: 'eye_on_base' if rig.on_base else 'eye_in_hand',
-                 'PYTHONPATH': f'{folder / "vendor"}:{os.environ.get("PYTHONPATH", "")}'}
-    remap = {'joint_states': '/lbr/joint_states'}
+                 doubles.MOUNT: mount}
+    variables |= messages
+    variables['PYTHONPATH'] = ':'.join((str(folder / 'vendor'), variables.get(
+        'PYTHONPATH', os.environ.get('PYTHONPATH', ''))))
     with own_domain() as domain, listening(domain) as listener, environment(**variables), \
             Wire(TicDouble(motion), folder / 'ttyACM0', lines=False) as wire, \
-            Nodes(folder / 'cell.yaml', remappings=remap) as nodes, bpc_live(folder):
+            Nodes(folder / 'cell.yaml', remappings=REMAPPED) as nodes, bpc_live(folder):
         nodes.start('bpc_perception.nodes.extruder_bridge')
         expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge')
-        start_ns = time.time_ns() + round(START_DELAY * 1e9)
+        start_ns = set_going(listener, nodes)
+        yield Running(rig, start_ns, listener, nodes, wire, plug)
+
+
+def set_going(listener: Listener, nodes: Nodes) -> int:
+    """Start arm and camera; when the print begins [ns], by which the recorder hears the arm."""
+    for delay in START_DELAYS:
+        start_ns = time.time_ns() + round(delay * 1e9)
+        poses = taken(listener, 'poses')
         nodes.start('bpc_sim.nodes.arm', scenario=SCENARIO, speed=SPEED, start_time_ns=start_ns)
         with environment(**{doubles.START: str(start_ns)}):
             nodes.start('bpc_perception.nodes.camera_driver', back_end='zivid', rate=1.0)
         expect(listener, nodes, 'synthetic_arm', 'camera_driver')
-        assert time.time_ns() < start_ns, 'the machine is too slow for START_DELAY'
-        yield Running(rig, start_ns, listener, nodes, wire, plug)
+        listener.wait(partial(more_taken, listener, 'poses', poses), nodes)
+        if time.time_ns() < start_ns:
+            return start_ns
+        for name in ('arm', 'camera_driver'):
+            nodes._processes[name].terminate()
+            nodes._processes[name].wait()
+    raise AssertionError(f'expected arm and camera to run within {START_DELAYS[-1]:g} s')
 
 
 def expect(listener: Listener, nodes: Nodes, *names: str) -> None:
     """Wait until nodes of these names are there."""
     listener.wait(lambda: set(names) <= set(listener.node.get_node_names()), nodes)
+
+
+def taken(listener: Listener, what: str) -> int:
+    """How many poses, or extrusion states, the path recorder has taken."""
+    counts = [int(item.value) for message in listener.heard['/diagnostics']
+              for status in message.status if status.name == 'path_recorder'
+              for item in status.values if item.key == what]
+    return max(counts, default=0)
+
+
+def more_taken(listener: Listener, what: str, than: int) -> bool:
+    return taken(listener, what) > than
 
 
 def stamps(running: Running) -> list[float]:
@@ -175,24 +209,30 @@ def test_an_extruder_that_was_unplugged_is_heard_again(running: Running) -> None
     running.wire.unplug()
     listener.wait(lambda: any('expected the extruder, found' in text
                               for text in listener.complaints('extruder_bridge')), running.nodes)
-    answered = running.wire.answered
+    listener.wait(lambda: any('extruder: expected to hear it' in text
+                              for text in listener.complaints('path_recorder')), running.nodes)
     running.wire.plug()
-    listener.wait(lambda: running.wire.answered > answered + 20, running.nodes)
+    states = taken(listener, 'extrusion states')
+    listener.wait(lambda: more_taken(listener, 'extrusion states', states + 20), running.nodes)
 
 
 def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
     """With the camera in hand nothing is measured meanwhile; beside the robot it goes on."""
+    def missed() -> bool:
+        return any('robot: expected to hear it' in text
+                   for text in listener.complaints('path_recorder'))
+
     listener = running.listener
     robot = running.nodes._processes['arm']
     robot.send_signal(signal.SIGSTOP)
     try:
         if running.rig.on_base:
             count = len(listener.profiles)
-            listener.wait(lambda: len(listener.profiles) > count, running.nodes)
+            listener.wait(lambda: len(listener.profiles) > count and missed(), running.nodes)
         else:
-            listener.wait(lambda: any('expected poses around the capture' in text
-                                      for text in listener.complaints('thickness')),
-                          running.nodes)
+            listener.wait(lambda: missed() and any(
+                'expected poses around the capture' in text
+                for text in listener.complaints('thickness')), running.nodes)
     finally:
         robot.send_signal(signal.SIGCONT)
     count = len(listener.profiles)

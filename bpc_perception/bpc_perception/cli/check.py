@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import ReliabilityPolicy
 import typer
@@ -128,10 +129,12 @@ def check(
     node = rclpy.create_node('bpc_check')
     try:
         listener = Listener(node, configure(RecorderConfig(), 'path_recorder', parameters), others)
+        executor = SingleThreadedExecutor()  # rclpy.spin_once() is too slow for fast streams
+        executor.add_node(node)
         start = time.monotonic()
         with terminal.progress('listen', round(seconds)) as advance:
             while (passed := time.monotonic() - start) < seconds:
-                rclpy.spin_once(node, timeout_sec=0.05)
+                executor.spin_once(timeout_sec=0.05)
                 advance(int(passed), round(seconds))
         for finding in listener.findings():
             _show(finding, terminal)

@@ -10,6 +10,7 @@ import typer
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.page import PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import CameraConfig, ThicknessConfig
@@ -30,6 +31,7 @@ def live(
         '--camera', metavar='BACK_END', help='Take captures with this back end of the camera '
         'driver, in the thickness node\'s process; unless given, the camera publishes.')] = None,
     remap: RemapOption = None,
+    page: PageOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -46,7 +48,8 @@ def live(
     others = remappings(remap)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
     with (monitoring(terminal, keep=1) as monitor,
-          Nodes(parameters, remappings=others) as nodes):
+          Nodes(parameters, remappings=others) as nodes,
+          serving(page, terminal, others)):
         nodes.start('bpc_perception.nodes.path_recorder')
         if camera is None:
             nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))

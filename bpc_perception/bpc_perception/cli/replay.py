@@ -22,6 +22,7 @@ from bpc_perception.cli.options import (
     QuietOption,
     SeparateOption,
 )
+from bpc_perception.cli.page import linger, PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
@@ -32,7 +33,8 @@ from bpc_perception.print_log import PrintLog
 from bpc_perception.recording import captures
 
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
-LOSSLESS = {f'qos_overrides./{topics.POSE}.subscription.reliability': 'reliable'}
+LOSSLESS = {f'qos_overrides./{topic}.subscription.reliability': 'reliable'
+            for topic in topics.ROBOT}
 PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]
 AFTERMATH = 10.0  # for the last results after the recording's end [s]
 
@@ -41,6 +43,7 @@ def demo(
     out: OutOption = Path('demo'),
     rate: Annotated[float, typer.Option(help='Speed; 1 = as recorded.')] = 1.0,
     figures: FiguresOption = False,
+    page: PageOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -48,8 +51,8 @@ def demo(
     root = Path(os.environ.get('BPC_ROOT', '.'))
     Terminal(quiet, json_lines).say(
         'A spiral of 174 mm is printed in one minute; the camera looks every 12 s.')
-    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, figures=figures, quiet=quiet,
-           json_lines=json_lines)
+    replay(root / 'bags' / 'spiral_gaps', out, rate=rate, figures=figures, page=page,
+           quiet=quiet, json_lines=json_lines)
 
 
 def replay(
@@ -61,6 +64,7 @@ def replay(
     loop: Annotated[bool, typer.Option('--loop', help='Again and again, until Ctrl-C.')] = False,
     separate: SeparateOption = False,
     figures: FiguresOption = False,
+    page: PageOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -74,7 +78,8 @@ def replay(
     if not stamps:
         raise ValueError(f'{bag}: expected a complete capture, found none')
     with (monitoring(terminal) as monitor,
-          Nodes(given.parameter_file, {'use_sim_time': True}) as nodes):
+          Nodes(given.parameter_file, {'use_sim_time': True}) as nodes,
+          serving(page, terminal, use_sim_time=True)):
         monitor.expect_no_other_printer()
         nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
         nodes.start_measuring(
@@ -97,6 +102,7 @@ def replay(
 
         monitor.spin_until(played)
         monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
+        linger(page, terminal, monitor)
     log = PrintLog(expected=len(stamps))
     with terminal.progress('collect', len(stamps)) as advance:
         for result in collect(monitor, given):

@@ -13,6 +13,7 @@ import yaml
 from bpc_perception import topics
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.options import JsonOption, QuietOption, SeparateOption
+from bpc_perception.cli.page import linger, PageOption, serving
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import AdviceConfig, CameraConfig
@@ -40,6 +41,7 @@ def sim(
         help='In a closed loop, what is corrected: flow or speed.')] = 'flow',
     seed: Annotated[int, typer.Option(help='In a closed loop: which printer.')] = 0,
     separate: SeparateOption = False,
+    page: PageOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -65,7 +67,7 @@ def sim(
             raise ValueError(f'scenario: expected one of {", ".join(SITUATIONS)}, '
                              f'found {scenario!r}')
         config = SimConfig(situation=scenario, speed=speed * 1e-3, seed=seed)
-        print_closed_loop(config, actuator, rate, terminal)
+        print_closed_loop(config, actuator, rate, terminal, page)
         return
     config = SimConfig(scenario=scenario or 'spiral_gaps', speed=speed * 1e-3)
     AdviceConfig(target_thickness=target * 1e-3)
@@ -74,18 +76,19 @@ def sim(
             record_print(config.job(), record, 1 / rate, target * 1e-3, advance)
         terminal.files([record])
         return
-    print_open_loop(config, rate, target * 1e-3, separate, terminal)
+    print_open_loop(config, rate, target * 1e-3, separate, terminal, page)
 
 
 def print_open_loop(config: Any, rate: float, target: float, separate: bool,
-                    terminal: Terminal) -> None:
+                    terminal: Terminal, page: bool) -> None:
     """Print as planned, and look on; target [m]."""
     from bpc_sim.sample import hand_eye, parameters
 
     job = config.job()
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), hand_eye(job), parameters(job, target))
-        with monitoring(terminal, keep=1) as monitor, Nodes(settings) as nodes:
+        with (monitoring(terminal, keep=1) as monitor, Nodes(settings) as nodes,
+              serving(page, terminal)):
             monitor.expect_no_other_printer()
             start_ns = time.time_ns() + round(START_DELAY * 1e9)
             common = {'scenario': config.scenario, 'speed': config.speed,
@@ -105,9 +108,11 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool,
             if not monitor.spin_until(complete, START_DELAY + job.duration + 10 + 2 / rate):
                 raise ValueError('expected a profile after the end of the print, found none; '
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
+            linger(page, terminal, monitor)
 
 
-def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Terminal) -> None:
+def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Terminal,
+                      page: bool) -> None:
     """Print with what goes wrong, and with a controller that follows the advice."""
     from bpc_sim.closed_loop_live import loop_hand_eye, loop_parameters, report
     from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
@@ -117,7 +122,8 @@ def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Termina
     with tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
-        with monitoring(terminal) as monitor, Nodes(settings) as nodes:
+        with (monitoring(terminal) as monitor, Nodes(settings) as nodes,
+              serving(page, terminal)):
             monitor.expect_no_other_printer()
             common = {'situation': config.situation, 'seed': config.seed, 'speed': config.speed}
             nodes.start('bpc_perception.nodes.path_recorder')
@@ -153,6 +159,7 @@ def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Termina
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
             text = report(print_, list(monitor.profiles.values())[-1], actuator, rate)
             terminal.tell('report', text, text=text)
+            linger(page, terminal, monitor)
 
 
 def write_settings(folder: Path, hand_eye: dict[str, object],

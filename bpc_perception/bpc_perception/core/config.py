@@ -316,6 +316,16 @@ class BagRecorderConfig(Config):
 
 
 @dataclass(frozen=True)
+class PageConfig(Config):
+    """All of the live page."""
+
+    port: Annotated[int, Parameter(
+        'Where the page is served on this computer; 0 = any port that is free', '', 0, 65535,
+        read_only=True)] = 8770
+    process: ProcessConfig = field(default_factory=lambda: ProcessConfig(niceness=5))
+
+
+@dataclass(frozen=True)
 class PlungerConfig(Config):
     """Geometry of syringe and drive."""
 
@@ -365,6 +375,9 @@ class CameraConfig(Config):
     back_end: Annotated[str, Parameter(
         'Where captures come from: a recording, the simulated printer, or a Zivid camera',
         choices=('bag', 'synthetic', 'zivid'), read_only=True)] = 'bag'
+    autostart: Annotated[bool, Parameter(
+        'Whether it configures and activates itself at the start; if not, a lifecycle manager '
+        'has to', read_only=True)] = True
     rate: Annotated[float, Parameter(
         'Captures taken by itself; 0 = only on request', 'Hz', 0, 30)] = 0.0
     region: Annotated[tuple[int, int, int, int], Parameter(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
@@ -22,6 +22,9 @@ class BagCamera:
         self._next = next(self._captures, None)
         self._damage = ''
         self._last_ns = 0
+
+    def connect(self) -> None:
+        """It is there."""
 
     def due(self, now_ns: int) -> bool:
         """Whether the next capture had been recorded by now."""
@@ -58,8 +61,8 @@ class BagCamera:
         """Nothing is held."""
 
 
-def open_camera(node: Node) -> BagCamera:
-    """A camera for the bag named by the node's parameter ``bag``."""
+def prepare(node: Node) -> Callable[[], BagCamera]:
+    """What opens a camera for the bag named by the node's parameter ``bag``."""
     path = node.declare_parameter('bag', '', ParameterDescriptor(
         description='Recording whose captures are delivered', read_only=True)).value
-    return BagCamera(Bag(path))
+    return lambda: BagCamera(Bag(path))

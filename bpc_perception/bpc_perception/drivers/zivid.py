@@ -31,7 +31,7 @@ class ZividCamera:
     """A camera that is connected when it is needed, and again after it was gone."""
 
     def __init__(self, zivid: Any, config: ZividConfig, clock_ns: Callable[[], int]) -> None:
-        """Load the settings and look for the camera. Raises ValueError for unfit settings."""
+        """Start the SDK and load the settings. Raises ValueError where that cannot be."""
         self._zivid = zivid
         self._config = config
         self._clock_ns = clock_ns
@@ -39,12 +39,20 @@ class ZividCamera:
         self._notes: dict[str, object] = {}
         self._back_off = BackOff(0.5, 10.0)
         self._camera: Any = None
-        self._application = zivid.Application()  # one a process, kept for its life
-        self._settings = self._load_settings()
         try:
+            self._application = zivid.Application()  # one a process at a time
+        except RuntimeError as error:
+            raise ValueError(f'zivid: expected its SDK to start, found: {error}') from error
+        try:
+            self._settings = self._load_settings()
+        except ValueError:
+            self.close()
+            raise
+
+    def connect(self) -> None:
+        """Look for the camera, if it is not connected. Raises CameraError when it is not found."""
+        if self._camera is None:
             self._connect()
-        except CameraError as error:  # it may come later
-            self._notes[WARN] = error
 
     def due(self, now_ns: int) -> bool:
         """Never: it is asked for captures. Meanwhile a camera that is gone is looked for."""
@@ -189,8 +197,8 @@ def _deviation(camera: PinholeCamera, xyz: Array) -> float:
     return float(np.median(finite)) if len(finite) else float('nan')
 
 
-def open_camera(node: Node) -> ZividCamera:
-    """The camera that the node's parameters name.
+def prepare(node: Node) -> Callable[[], ZividCamera]:
+    """What opens the camera that the node's parameters name.
 
     Raises ValueError where the vendor's package is not installed.
     """
@@ -200,4 +208,4 @@ def open_camera(node: Node) -> ZividCamera:
         raise ValueError('back_end: expected the package zivid and the SDK of the same version '
                          f'to be installed, found: {error}') from error
     config = NodeConfig(node, ZividConfig()).value
-    return ZividCamera(zivid, config, lambda: int(node.get_clock().now().nanoseconds))
+    return lambda: ZividCamera(zivid, config, lambda: int(node.get_clock().now().nanoseconds))

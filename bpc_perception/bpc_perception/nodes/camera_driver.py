@@ -6,7 +6,6 @@ from collections.abc import Callable
 from threading import Event
 from typing import Any
 
-from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
@@ -15,9 +14,9 @@ from bpc_perception.conversions import capture_to_messages, snr_to_message
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import CameraConfig
 from bpc_perception.core.region import crop
-from bpc_perception.drivers import CameraError, open_camera, WARN
+from bpc_perception.drivers import Camera, CameraError, prepare_camera, WARN
 from bpc_perception.nodes.clock import steady_clock
-from bpc_perception.nodes.diagnostics import Diagnostics
+from bpc_perception.nodes.managed_node import ACTIVE, ManagedNode
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
@@ -26,12 +25,14 @@ POLL_PERIOD = 0.02  # how late a recorded capture may come [s]
 TURN = 0.5  # how long those who listen to the topics wait for the measurement at most [s]
 
 
-class CameraDriverNode(Node):
+class CameraDriverNode(ManagedNode):
     """Publishes each capture as image, camera info and cloud; see the README.
 
-    With ``hand_over`` it is given to that first, and published when the event that
-    ``hand_over`` returns is set.
+    It holds the camera while inactive, and takes captures while active. With ``hand_over`` a
+    capture is given to that first, and published when the event that it returns is set.
     """
+
+    EXPECTED = (*ManagedNode.EXPECTED, CameraError)
 
     def __init__(self, hand_over: Callable[[Capture], Event] | None = None,
                  **kwargs: Any) -> None:
@@ -40,19 +41,50 @@ class CameraDriverNode(Node):
         self._config = NodeConfig(self, CameraConfig())
         if hand_over is None:  # or else the other node of this process has a say in that
             be_a_good_neighbour(self._config.value.process, self.get_logger())
-        self._camera = open_camera(self._config.value.back_end, self)
-        self._diagnostics = Diagnostics(self)
+        self._open = prepare_camera(self._config.value.back_end, self)
+        self._camera: Camera | None = None
         self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)
                          for name, kind in topics.CAMERA.items()]
         self._snr = self.create_publisher(Image, topics.SNR, topics.CAMERA_QOS)
-        self._last_ns = self._now_ns()
         self.create_service(Trigger, 'capture', self._on_request)
-        self.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+        self._timer = self.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+        self._timer.cancel()
+        if self._config.value.autostart:
+            self.start()
+
+    def configure(self) -> None:
+        """Open the camera."""
+        self._camera = self._open()
+        try:
+            self._camera.connect()
+        except CameraError as error:
+            if not self._config.value.autostart:
+                self.clean_up()
+                raise
+            self._diagnostics.warn(str(error))  # as there is nobody else it tries again itself
+        self._describe(self._camera)
+
+    def activate(self) -> None:
+        """Let captures out."""
+        self._last_ns = self._now_ns()
+        self._timer.reset()
+
+    def deactivate(self) -> None:
+        """Take no more captures."""
+        self._timer.cancel()
+
+    def clean_up(self) -> None:
+        """Let go of the camera."""
+        self._timer.cancel()
+        camera, self._camera = self._camera, None
+        if camera is not None:
+            camera.close()
 
     def _poll(self) -> None:
+        camera = self._camera
         # As with the vendor's node, what nobody listens to is not taken.
-        if self._hand_over is None and not all(
-                output.get_subscription_count() for output in self._outputs):
+        if camera is None or (self._hand_over is None and not all(
+                output.get_subscription_count() for output in self._outputs)):
             return
         now_ns, rate = self._now_ns(), self._config.value.rate
         if now_ns < self._last_ns:  # the clock went back
@@ -61,19 +93,19 @@ class CameraDriverNode(Node):
         if period_ns and now_ns - self._last_ns >= period_ns:
             # In step, however late this is, unless that is by more than a period.
             self._last_ns = max(self._last_ns + period_ns, now_ns - period_ns)
-            self._capture(now_ns)
-        elif self._camera.due(now_ns):
-            self._capture(now_ns)
+            self._capture(camera, now_ns)
+        elif camera.due(now_ns):
+            self._capture(camera, now_ns)
 
-    def _capture(self, now_ns: int) -> str:
+    def _capture(self, camera: Camera, now_ns: int) -> str:
         """Take and publish a capture; why not, or an empty string."""
         try:
-            capture = crop(self._camera.capture(now_ns), self._config.value.region)
+            capture = crop(camera.capture(now_ns), self._config.value.region)
         except (CameraError, ValueError) as error:
             self._diagnostics.refuse(error)
             return str(error)
         finally:
-            self._describe()
+            self._describe(camera)
         self._diagnostics.count('captures')
         if self._hand_over is not None:
             self._hand_over(capture).wait(TURN if self._listened() else 0)
@@ -88,25 +120,25 @@ class CameraDriverNode(Node):
     def _listened(self) -> bool:
         return any(output.get_subscription_count() for output in self._outputs)
 
-    def _describe(self) -> None:
-        for key, value in self._camera.notes().items():
+    def _describe(self, camera: Camera) -> None:
+        for key, value in camera.notes().items():
             if key == WARN:
                 self._diagnostics.warn(str(value))
             else:
                 self._diagnostics.note(key, value)
 
     def _on_request(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.message = self._capture(self._now_ns())
+        if self._camera is None or self.state != ACTIVE:
+            response.message = ('capture: expected the camera driver to be active, found it '
+                                f'{self.state}')
+            self._diagnostics.refuse(response.message)
+        else:
+            response.message = self._capture(self._camera, self._now_ns())
         response.success = not response.message
         return response
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
-
-    def destroy_node(self) -> None:
-        """Let go of the camera as well."""
-        self._camera.close()
-        super().destroy_node()
 
 
 def main() -> None:

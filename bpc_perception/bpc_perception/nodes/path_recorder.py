@@ -28,6 +28,7 @@ from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
+from bpc_perception.nodes.silence import Silence
 
 State = tuple[str, float, bool]  # of a path: print, complete until, finished
 PATH_SHARE = 0.05  # of the time that sending the whole path may take, however long it is
@@ -44,6 +45,8 @@ class PathRecorderNode(Node):
         self._tip = np.array(config.nozzle_offset)
         self._tracker = PrintTracker(config.path)
         self._diagnostics = Diagnostics(self)
+        self._silences = {name: Silence(name, self._diagnostics)
+                          for name in ('robot', 'extruder')}
         # The state of the path when the update, the whole, and that for viewers were published.
         self._updated: State | None = None
         self._published: State | None = None
@@ -64,12 +67,14 @@ class PathRecorderNode(Node):
         self._jump = on_jump_back(self, self._tracker.clear)
 
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        self._silences['robot'].broken()
         if self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip)):
             self._diagnostics.count('poses')
         else:
             self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
 
     def _on_extruder(self, message: ExtrusionState) -> None:
+        self._silences['extruder'].broken()
         if self._tracker.add_extruder(extruder_from_message(message)):
             self._diagnostics.count('extrusion states')
         else:
@@ -77,6 +82,8 @@ class PathRecorderNode(Node):
                 'extrusion_state: expected a later stamp than the last, found it late')
 
     def _publish(self) -> None:
+        for silence in self._silences.values():
+            silence.check()
         growing = self._tracker.growing_path()
         if growing is None:
             return

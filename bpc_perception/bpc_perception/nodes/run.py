@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 import logging
+import signal
 import sys
 from threading import Thread
 import traceback
@@ -50,13 +51,17 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
     if carries_captures:
         keep_memory()
     end_with_parent()
+    # At a signal rclpy ends the spinning. Python would raise KeyboardInterrupt besides, in the
+    # middle of anything, and the process aborts where that is C++ which takes no exceptions.
+    signal.signal(signal.SIGINT, lambda *_: None)
     rclpy.init()
     try:
         _spin(make_node, fast_streams)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     finally:
         rclpy.try_shutdown()
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one, while Python winds up
 
 
 def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool) -> None:

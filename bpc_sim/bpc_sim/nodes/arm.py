@@ -1,24 +1,31 @@
-"""The synthetic robot as the LBR stack has it: joint states only."""
+"""The synthetic robot as the LBR stack has it: joint states, and the state of the controller."""
 
 from __future__ import annotations
 
 from array import array
+from contextlib import suppress
 from typing import Any
 
+from bpc_perception.bag import BagError, message_type
 from bpc_perception.conversions import ns_to_stamp
 from bpc_perception.core.kinematics import JOINTS
+from bpc_perception.flange_poses import LBR_STATE_TYPE
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 
 from bpc_perception import topics
 from bpc_sim.arm import Arm
 from bpc_sim.config import SimConfig
 
+# The controller's clock is that of the cabinet, which nobody has set.
+CONTROLLER_BEHIND_NS = 4321 * 10**9
+
 
 class SyntheticArmNode(Node):
-    """Publishes ``joint_states`` of an LBR Med 7 that prints."""
+    """Publishes ``joint_states`` of an LBR Med 7 that prints, and ``lbr_state`` where it can."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('synthetic_arm', **kwargs)
@@ -27,6 +34,10 @@ class SyntheticArmNode(Node):
         self._arm = Arm()
         self._joint_states = self.create_publisher(
             JointState, topics.JOINTS, topics.EXTRUSION_QOS)
+        self._lbr_states: Publisher | None = None
+        with suppress(BagError):  # raised where the stack is not installed
+            self._lbr_state = message_type(LBR_STATE_TYPE)
+            self._lbr_states = self.create_publisher(self._lbr_state, topics.LBR_STATE, 1)
         self.create_timer(1.0 / self._config.pose_rate, self._publish)
 
     def _publish(self) -> None:
@@ -37,6 +48,11 @@ class SyntheticArmNode(Node):
                              position=array('d', angles.tolist()))
         message.header.stamp = ns_to_stamp(now_ns)
         self._joint_states.publish(message)
+        if self._lbr_states is not None:
+            seconds, nanoseconds = divmod(now_ns - CONTROLLER_BEHIND_NS, 10**9)
+            self._lbr_states.publish(self._lbr_state(
+                time_stamp_sec=seconds, time_stamp_nano_sec=nanoseconds,
+                measured_joint_position=angles))
 
 
 def main() -> None:

@@ -1,0 +1,79 @@
+"""Run as a program, tells what the live page costs and how quick it is on a print of 2 m.
+
+200 captures are published, five a second, first with nobody looking and then with one browser:
+the processor time of the page's process, the time from a profile to the screen, and the longest
+that the browser drew nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+import time
+
+from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.session import Result
+from bpc_sim.benchmarks.printer import cpu_time
+import numpy as np
+
+from .browser import browsing
+from .page_stage import Stage, staged
+
+LENGTH, STEP = 2.0, 2e-4  # of the path, between its samples [m]
+CAPTURES, PERIOD = 200, 0.2  # [s]
+WATCH = """
+window.seen = {}; window.longest = 0; let last = performance.now();
+const shown = () => document.querySelector('.capture').innerText.split(',')[0];
+new MutationObserver(() => { window.seen[shown()] ??= Date.now(); })
+  .observe(document.querySelector('.area-top'), {subtree: true, childList: true,
+                                                 characterData: true});
+(function frame() { const now = performance.now();
+  window.longest = Math.max(window.longest, now - last); last = now;
+  requestAnimationFrame(frame); })();
+"""
+
+
+def long_print(profile: ThicknessProfile, capture: int) -> ThicknessProfile:
+    """The profile of a print that goes round in the sample print again and again."""
+    count = round(LENGTH / STEP * (capture + 1) / CAPTURES)
+    again = np.arange(count) % len(profile)
+    arrays = {name: getattr(profile, name)[again] for name in (
+        'points', 'extruding', 'status', 'thickness', 'sigma', 'left', 'right', 'left_points',
+        'right_points')}
+    return replace(profile, capture=capture, arc_length=np.arange(count) * STEP,
+                   time=np.arange(count) * 0.01, **arrays)
+
+
+def publish_all(stage: Stage, name: str) -> dict[str, int]:
+    """Publish the print, tell the page's processor time; when each was published [ms]."""
+    start, before = time.monotonic(), cpu_time(stage.nodes.pid('page'))
+    sent: dict[str, int] = {}
+    last: Result = stage.results[-1]
+    assert last.profile is not None
+    for capture in range(CAPTURES):
+        due = time.monotonic() + PERIOD
+        result = replace(last, profile=long_print(last.profile, capture))
+        stage.printer.publish(result)
+        sent[f'capture {capture}'] = time.time_ns() // 10**6
+        stage.graph.executor.spin_once(timeout_sec=0)
+        time.sleep(max(0.0, due - time.monotonic()))
+    share = ((cpu_time(stage.nodes.pid('page')) - before) / (time.monotonic() - start))
+    print(f'{name}: {share:.1%} of a core')
+    return sent
+
+
+if __name__ == '__main__':
+    with browsing() as driver, staged(driver) as stage:
+        publish_all(stage, 'nobody looks')
+        stage.open()
+        stage.show(4)
+        driver.execute_script(WATCH)
+        sent = publish_all(stage, 'one browser')
+        stage.wait(lambda: stage.text('.capture').startswith(f'capture {CAPTURES - 1},'))
+        seen = driver.execute_script('return window.seen')
+        if seen is None:
+            raise SystemExit('expected one connection all the time, found it lost')
+        delays = np.array([seen[name] - at for name, at in sent.items() if name in seen])
+        median, high = np.percentile(delays, (50, 95))
+        print(f'profile to screen: median {median:.0f} ms, 95 % {high:.0f} ms, '
+              f'largest {delays.max():.0f} ms; {len(delays)} of {CAPTURES} were drawn')
+        print(f'longest frame: {driver.execute_script("return window.longest"):.0f} ms')

@@ -1,0 +1,94 @@
+"""A page with a printer that it shows and a browser that looks at it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+import os
+from typing import Any
+
+from bpc_perception.cli.page import free_port, TOKEN_VARIABLE
+from bpc_perception.cli.processes import Nodes
+from bpc_perception.core.session import Result
+from bpc_perception.testing import Graph
+from selenium.common.exceptions import (
+    ElementClickInterceptedException,
+    NoSuchElementException,
+)
+from selenium.webdriver import Chrome
+from selenium.webdriver.common.by import By
+
+from .ros_graph import own_domain, PATIENCE
+from .sample_print import Printer, sample_results
+
+TOKEN = 'a-token-of-the-tests'
+
+
+@dataclass
+class Stage:
+    """A printer, the page that shows it, and who looks at it."""
+
+    graph: Graph
+    printer: Printer
+    nodes: Nodes
+    port: int
+    results: list[Result]
+    driver: Chrome
+
+    def address(self, token: str | None = TOKEN) -> str:
+        """Of the page."""
+        return f'http://127.0.0.1:{self.port}/' + (f'?token={token}' if token else '')
+
+    def wait(self, condition: Callable[[], Any]) -> None:
+        """Spin the printer until the condition holds."""
+        self.graph.spin_until(condition, PATIENCE)
+
+    def text(self, selector: str) -> str:
+        """What elements of the page say."""
+        return '\n'.join(str(element.get_property('innerText')) for element in
+                         self.driver.find_elements(By.CSS_SELECTOR, selector))
+
+    def press(self, selector: str) -> None:
+        """Click, as soon as nothing that moves is in front."""
+        def clicked() -> bool:
+            try:
+                self.driver.find_element(By.CSS_SELECTOR, selector).click()
+            except (ElementClickInterceptedException, NoSuchElementException):
+                return False
+            return True
+
+        self.wait(clicked)
+
+    def open(self, token: str | None = TOKEN) -> None:
+        """Open the page, and wait until it is connected."""
+        self.driver.get(self.address(token))
+        self.wait(lambda: self.driver.execute_script(
+            'return window.did_handshake === true && !!document.querySelector(".headline")'))
+        self.wait(lambda: self.printer.overlays.get_subscription_count() == 1)
+
+    def show(self, capture: int) -> None:
+        """Publish a capture, and wait until the page has it."""
+        self.printer.publish(self.results[capture])
+        self.wait(lambda: self.text('.capture').startswith(f'capture {capture},'))
+
+    def start_page(self) -> None:
+        """Start the page's process, and wait until it listens."""
+        os.environ[TOKEN_VARIABLE] = TOKEN
+        self.nodes.start('bpc_perception.nodes.page', port=self.port)
+        del os.environ[TOKEN_VARIABLE]
+        self.wait(lambda: self.nodes.check() or self.printer.heard)
+
+
+@contextmanager
+def staged(driver: Chrome) -> Iterator[Stage]:
+    """A page that shows nothing yet, in a graph of its own."""
+    with own_domain() as domain, Nodes() as nodes:
+        graph = Graph(domain)
+        try:
+            made = Stage(graph, Printer(graph), nodes, free_port(0), sample_results(), driver)
+            made.start_page()
+            yield made
+        finally:
+            driver.get('about:blank')
+            graph.close()
