@@ -35,9 +35,9 @@ setup(
     ],
     install_requires=['setuptools'],
     extras_require={
-        'batch': ['distributed', 'pyarrow'],
-        'figures': ['matplotlib'],
-        'page': ['nicegui'],
+        'batch': ['distributed', 'pyarrow'],  # bpc batch
+        'figures': ['matplotlib'],  # --figures
+        'page': ['nicegui'],  # --page
         'test': ['pytest'],  # tells `colcon test` to run pytest
     },
     zip_safe=False,

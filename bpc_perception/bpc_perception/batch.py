@@ -30,6 +30,7 @@ from bpc_perception.cli.terminal import HeldWarnings
 from bpc_perception.offline import measure_bag
 from bpc_perception.outputs import write_outputs
 from bpc_perception.print_log import PrintLog
+from bpc_perception.recording import capture_count
 
 DEFECT, REFUSED = 1, 2  # exit statuses, as those of bpc measure
 LOOPBACK = '127.0.0.1'
@@ -114,7 +115,7 @@ def measure_one(job: Job) -> tuple[dict[str, Any], bool]:
             return row(job, summary), False
         for left in job.out.glob('.bpc-*'):  # of a process that was killed
             shutil.rmtree(left, ignore_errors=True)
-        log = PrintLog()
+        log = PrintLog(expected=capture_count(given.bag))
         for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
             log.add(result)
         log.warnings = list(held.texts)

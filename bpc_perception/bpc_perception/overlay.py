@@ -68,10 +68,14 @@ def path_pixels(result: Result, points: Array) -> Array:
 
 def _dots(picture: NDArray[np.uint8], result: Result, points: Array, colour: str,
           scale: float) -> None:
-    """Draw points (N, 3) as far as they are in the image."""
+    """Draw points (N, 3) as far as they are in the image; one for each pixel, that is enough."""
     uv = (path_pixels(result, points) + 0.5) * scale - 0.5
-    for u, v in np.rint(uv[np.isfinite(uv).all(axis=1)] * 2**SHIFT).astype(int).tolist():
-        cv2.circle(picture, (u, v), 2 << SHIFT, rgb(colour), -1, cv2.LINE_AA, SHIFT)
+    uv = uv[np.isfinite(uv).all(axis=1)]
+    places = np.rint(uv) @ (1, picture.shape[1])
+    ink = rgb(colour)
+    for u, v in np.rint(uv[np.unique(places, return_index=True)[1]] * 2**SHIFT).astype(
+            int).tolist():
+        cv2.circle(picture, (u, v), 2 << SHIFT, ink, -1, cv2.LINE_AA, SHIFT)
 
 
 def pixel_size(result: Result) -> float:
@@ -85,6 +89,8 @@ def pixel_size(result: Result) -> float:
 def _scale_bar(picture: NDArray[np.uint8], result: Result, scale: int) -> None:
     """Draw a length at the bottom, as it is in the middle of the path."""
     pixel = pixel_size(result) / scale
+    if not pixel > 0:  # the path is not in front of the camera
+        return
     height, width = picture.shape[:2]
     length = max((length for length in LENGTHS if length <= BAR * width * pixel),
                  default=LENGTHS[0])

@@ -92,17 +92,28 @@ def overlay(axes: Axes, result: Result) -> None:
     measured = profile.status == Status.MEASURED
     _run(axes, path_pixels(result, profile.left_points), measured, LEFT, 'left side')
     _run(axes, path_pixels(result, profile.right_points), measured, RIGHT, 'right side')
-    pixel = pixel_size(result)
-    length = max((each for each in LENGTHS if each <= 0.2 * camera.width * pixel),
-                 default=LENGTHS[0])
-    left, bottom = 0.03 * camera.width, 0.95 * camera.height
-    axes.plot((left, left + length / pixel), (bottom, bottom), color=TARGET, linewidth=2,
-              solid_capstyle='butt')
-    axes.text(left, bottom - 0.02 * camera.height, f'{length * MM:g} mm', color=TARGET)
+    _scale_bar(axes, pixel_size(result), camera.width, camera.height)
     axes.set_xlim(-0.5, camera.width - 0.5)
     axes.set_ylim(camera.height - 0.5, -0.5)
     axes.set_axis_off()
-    axes.legend(loc='upper center', bbox_to_anchor=(0.5, 0), ncols=4, handlelength=1)
+    _legend(axes, loc='upper center', bbox_to_anchor=(0.5, 0), ncols=4, handlelength=1)
+
+
+def _scale_bar(axes: Axes, pixel: float, width: int, height: int) -> None:
+    """A length at the bottom of an image, whose pixels have this size [m]."""
+    if not pixel > 0:  # the path is not in front of the camera
+        return
+    length = max((each for each in LENGTHS if each <= 0.2 * width * pixel), default=LENGTHS[0])
+    left, bottom = 0.03 * width, 0.95 * height
+    axes.plot((left, left + length / pixel), (bottom, bottom), color=TARGET, linewidth=2,
+              solid_capstyle='butt')
+    axes.text(left, bottom - 0.02 * height, f'{length * MM:g} mm', color=TARGET)
+
+
+def _legend(axes: Axes, **look: Any) -> None:
+    """A legend, if there is anything to tell."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(**look)
 
 
 def _run(axes: Axes, uv: Array, chosen: NDArray[np.bool_], colour: str, name: str) -> None:
@@ -126,7 +137,7 @@ def thickness(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | Non
     axes.set_ylabel('thickness [mm]')
     axes.set_ylim(0, ceiling(profile, targets))
     axes.margins(x=0)
-    axes.legend(loc='lower left', ncols=3, handlelength=1)
+    _legend(axes, loc='lower left', ncols=3, handlelength=1)
 
 
 def offset(axes: Axes, profile: ThicknessProfile) -> None:
@@ -173,8 +184,10 @@ def plan(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None) ->
     axes.set_ylabel('y [mm]')
     figure = axes.get_figure()
     assert figure is not None
-    figure.colorbar(ribbon, ax=axes, shrink=0.8,
-                    label=f'off the {"median" if targets is None else "target"} [%]')
+    bar = figure.colorbar(ribbon, ax=axes, shrink=0.8,
+                          label=f'off the {"median" if targets is None else "target"} [%]')
+    assert bar.solids is not None
+    bar.solids.set(rasterized=False, edgecolor='face')
 
 
 def histogram(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None) -> None:
@@ -192,4 +205,4 @@ def histogram(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | Non
         axes.axvline(targets.thickness[0] * MM, color=TARGET, linestyle='--', label='target')
     axes.set_xlabel('thickness [mm]')
     axes.set_ylabel('samples')
-    axes.legend(loc='lower center', bbox_to_anchor=(0.5, 1), ncols=4, handlelength=1.5)
+    _legend(axes, loc='lower center', bbox_to_anchor=(0.5, 1), ncols=4, handlelength=1.5)

@@ -19,6 +19,7 @@ class PrintLog:
 
     Attributes:
         wanted: number of the capture that is to be reported; None = the last that was measured.
+        expected: how many captures there will be, as far as that is known.
         entries: what summary.json says of each capture, refused ones included.
         reported: the result that is reported; None as long as there is none.
         place: its position among the entries.
@@ -27,11 +28,15 @@ class PrintLog:
     """
 
     wanted: int | None = None
+    expected: int | None = None
     entries: list[dict[str, Any]] = field(default_factory=list)
     reported: Result | None = None
     place: int = -1
-    film: Film = field(default_factory=Film)
+    film: Film = field(init=False)
     warnings: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.film = Film(self.expected)
 
     @classmethod
     def of(cls, results: Iterable[Result]) -> PrintLog:

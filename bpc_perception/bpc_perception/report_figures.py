@@ -36,6 +36,10 @@ from bpc_perception.overlay import path_pixels
 MM = 1e3  # [mm/m]
 SPACE = '#4D4D4D'  # behind the filament in 3-D, where THIN, RIGHT_ON and THICK all show
 BINS = 40  # of the histogram
+MAP_SAMPLES = 4000  # at most, in 3-D
+SIDES = ('left side', 'right side')
+IMAGE_BYTES = 600_000  # of the capture's image, unless its quality gets very low
+QUALITIES = (95, 90, 80, 70, 60)  # of JPEG
 
 
 def image_figure(result: Result) -> go.Figure:
@@ -51,8 +55,8 @@ def image_figure(result: Result) -> go.Figure:
         _add_runs(figure, label(status), COLOURS[status], path, profile,
                   profile.status == status)
     measured = profile.status == Status.MEASURED
-    for name, colour, points in (('left side', LEFT, profile.left_points),
-                                 ('right side', RIGHT, profile.right_points)):
+    for name, colour, points in ((SIDES[0], LEFT, profile.left_points),
+                                 (SIDES[1], RIGHT, profile.right_points)):
         _add_runs(figure, name, colour, path_pixels(result, points), profile, measured)
     figure.add_scatter(x=[None], y=[None], mode='markers', showlegend=False, hoverinfo='skip',
                        marker={'symbol': 'circle-open', 'size': 18, 'color': WINDOW,
@@ -70,8 +74,16 @@ def image_figure(result: Result) -> go.Figure:
 
 def _add_runs(figure: go.Figure, name: str, colour: str, uv: Array, profile: ThicknessProfile,
               chosen: NDArray[np.bool_]) -> None:
-    """Draw the chosen samples at these pixels (N, 2), each half-way to its neighbours."""
+    """Draw the chosen samples at these pixels (N, 2), each half-way to its neighbours.
+
+    Where the pointer is over the path the place and the thickness are told.
+    """
     if not chosen.any():
+        return
+    if name in SIDES:
+        x, y = pen_up(uv, chosen).T.astype(np.float32)
+        figure.add_scatter(x=x, y=y, mode='lines', name=name, hoverinfo='skip',
+                           line={'color': colour, 'width': 2.5})
         return
     tip = np.column_stack((uv, profile.arc_length * MM, profile.thickness * MM))
     x, y, *told = pen_up(tip, chosen).T.astype(np.float32)
@@ -171,19 +183,23 @@ def offset_range(profile: ThicknessProfile) -> tuple[float, float]:
 def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Figure:
     """The filament in the base frame, as wide as measured, coloured by its deviation."""
     figure = go.Figure()
-    measured = (profile.status == Status.MEASURED) & np.isfinite(
-        profile.left_points + profile.right_points).all(axis=1)
-    left, right = (np.where(measured[:, None], points, profile.points) * MM
-                   for points in (profile.left_points, profile.right_points))
+    # Of a long print each second sample, or third and so on.
+    shown = slice(None, None, -(-len(profile) // MAP_SAMPLES) or 1)
+    path, thickness, arc = (each[shown] for each in (
+        profile.points, profile.thickness, profile.arc_length))
+    sides = [points[shown] for points in (profile.left_points, profile.right_points)]
+    measured = (profile.status[shown] == Status.MEASURED) & np.isfinite(
+        sides[0] + sides[1]).all(axis=1)
+    left, right = (np.where(measured[:, None], points, path) * MM for points in sides)
     starts = np.flatnonzero(measured[:-1] & measured[1:])
     if len(starts):
-        off = 100 * (profile.thickness / reference(profile, targets) - 1)
-        count = len(profile)
+        off = 100 * (thickness / reference(profile, targets)[shown] - 1)
+        count = len(path)
         x, y, z = _single(np.concatenate((left, right))).T
         i, j, k = np.concatenate((
             np.stack((starts, starts + count, starts + 1)),
             np.stack((starts + count, starts + count + 1, starts + 1))), axis=1).astype(np.int32)
-        told = np.column_stack((profile.arc_length, profile.thickness)) * MM
+        told = np.column_stack((arc, thickness)) * MM
         figure.add_mesh3d(
             x=x, y=y, z=z, i=i, j=j, k=k, intensity=_single(np.nan_to_num(np.tile(off, 2))),
             cmin=-100 * FULL, cmax=100 * FULL,
@@ -312,10 +328,14 @@ def layout() -> dict[str, Any]:
 
 
 def jpeg_uri(image: NDArray[np.uint8]) -> str:
-    """An RGB image (H, W, 3) as a JPEG of full colour resolution."""
-    _, encoded = cv2.imencode('.jpg', cv2.cvtColor(image, cv2.COLOR_RGB2BGR), (
-        cv2.IMWRITE_JPEG_QUALITY, 95,
-        cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444))
+    """An RGB image (H, W, 3) as a JPEG of full colour resolution, of IMAGE_BYTES if possible."""
+    turned = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+    for quality in QUALITIES:
+        _, encoded = cv2.imencode('.jpg', turned, (
+            cv2.IMWRITE_JPEG_QUALITY, quality,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444))
+        if len(encoded) <= IMAGE_BYTES:
+            break
     return data_uri(encoded.tobytes(), 'jpeg')
 
 

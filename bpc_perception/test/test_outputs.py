@@ -5,11 +5,14 @@ from dataclasses import replace
 import json
 import math
 import os
+import weakref
 
 from bpc_perception.core.advice import RateAdvice, Reason
 from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
+from bpc_perception.core.targets import WidthTargets
+from bpc_perception.print_log import PrintLog
 import numpy as np
 import pytest
 
@@ -64,10 +67,15 @@ def results(capture, profile, advice):
 
 
 @pytest.fixture
+def log(results):
+    return PrintLog.of(results)
+
+
+@pytest.fixture
 def provenance():
     return outputs.Provenance('prints/vase.mcap', 'cell.calib', {
         'method': 'paper', 'advice.dead_band': 0.03, 'offset': (0.0, math.nan)},
-        {'bpc': '0.1.0'})
+        {'bpc': '0.1.0'}, WidthTargets.constant(2.5 * MM), 'abc')
 
 
 def load(path):
@@ -107,14 +115,15 @@ def test_time_at_the_very_start_of_the_clock(profile):
     assert outputs.profile_csv(early).splitlines()[1].split(',')[1] == '0.000000007'
 
 
-def test_summary(tmp_path, results, provenance):
-    paths = outputs.write_outputs(tmp_path / 'new' / 'folder', results, provenance)
+def test_summary(tmp_path, log, provenance):
+    paths = outputs.write_outputs(tmp_path / 'new' / 'folder', log, provenance)
     assert [path.name for path in paths] == NAMES
     summary = load(paths[1])
     expected = {
         'print_id': 'vase', 'method': 'paper', 'capture': 1, 'samples': 4,
         'path_length_mm': 3.0, 'thickness_mean_mm': 3.0, 'thickness_std_mm': 1.0,
         'thickness_q1_mm': 2.5, 'thickness_median_mm': 3.0, 'thickness_q3_mm': 3.5,
+        'thickness_variation': 1 / 3, 'within_10_percent': 0.0, 'fingerprint': 'abc',
         'coverage': 0.75, 'gap_count': 1, 'gap_length_mm': 1.0, 'offset_mean_mm': 0.5,
         'stamp_ns': START + 10 * 10**9, 'time_s': 1_700_000_010.1234567,
         'bag': 'prints/vase.mcap', 'hand_eye': 'cell.calib', 'versions': {'bpc': '0.1.0'},
@@ -130,8 +139,8 @@ def test_summary(tmp_path, results, provenance):
         'valid_until_s': 1_700_000_015.1234567, 'valid_until_ns': START + 15 * 10**9}
 
 
-def test_every_capture_is_listed(results, provenance):
-    early, measured, late = outputs.summarize(results, provenance)['captures']
+def test_every_capture_is_listed(log, provenance):
+    early, measured, late = outputs.summarize(log, provenance)['captures']
     assert (early['refusal'], late['refusal']) == ('path: none started', 'no deposit')
     assert early['stamp_ns'] == START - 1
     assert measured['capture'] == 1
@@ -147,8 +156,9 @@ def test_nothing_measured_is_null(tmp_path, results, provenance, profile, advice
     results[1] = replace(results[1], profile=blind, advice=replace(
         advice, target_thickness=math.nan, measured_thickness=math.nan, measurement_age=math.nan,
         window=(math.nan, math.nan), valid=False, reason=Reason.NO_TARGET))
-    summary = load(outputs.write_outputs(tmp_path, results, provenance)[1])
+    summary = load(outputs.write_outputs(tmp_path, PrintLog.of(results), provenance)[1])
     assert summary['thickness_mean_mm'] is None
+    assert summary['within_10_percent'] is None
     assert summary['offset_mean_mm'] is None
     assert summary['advice']['target_thickness_mm'] is None
     assert summary['coverage'] == 0.0
@@ -157,44 +167,75 @@ def test_nothing_measured_is_null(tmp_path, results, provenance, profile, advice
 
 def test_only_refusals_are_told(tmp_path, results, provenance):
     with pytest.raises(ValueError, match='path: none started; no deposit'):
-        outputs.write_outputs(tmp_path / 'out', [results[0], results[2]], provenance)
+        outputs.write_outputs(tmp_path / 'out', PrintLog.of([results[0], results[2]]), provenance)
     assert not (tmp_path / 'out').exists()
 
 
-def test_folder_is_a_file(tmp_path, results, provenance):
+def test_folder_is_a_file(tmp_path, log, provenance):
     (tmp_path / 'out').write_text('mine')
     with pytest.raises(OSError, match='out'):
-        outputs.write_outputs(tmp_path / 'out', results, provenance)
+        outputs.write_outputs(tmp_path / 'out', log, provenance)
     assert (tmp_path / 'out').read_text() == 'mine'
 
 
-def test_failing_report_leaves_what_was_there(tmp_path, results, provenance, monkeypatch):
+def test_failing_report_leaves_what_was_there(tmp_path, log, provenance, monkeypatch):
     (tmp_path / 'summary.json').write_text('yesterday')
 
     def fail(*_):
         raise RuntimeError('no report')
     monkeypatch.setattr(report, 'render', fail)
     with pytest.raises(RuntimeError, match='no report'):
-        outputs.write_outputs(tmp_path, results, provenance)
+        outputs.write_outputs(tmp_path, log, provenance)
     assert [path.name for path in tmp_path.iterdir()] == ['summary.json']
     assert (tmp_path / 'summary.json').read_text() == 'yesterday'
 
 
-def test_files_are_whole_before_any_is_in_place(tmp_path, results, provenance, monkeypatch):
+def test_files_are_whole_before_any_is_in_place(tmp_path, log, provenance, monkeypatch):
     def fail(source, _):
         assert sorted(os.listdir(os.path.dirname(source))) == sorted(NAMES)
         raise OSError('disk full')
     monkeypatch.setattr(os, 'replace', fail)
     with pytest.raises(OSError, match='disk full'):
-        outputs.write_outputs(tmp_path, results, provenance)
+        outputs.write_outputs(tmp_path, log, provenance)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_names_that_are_no_unicode(tmp_path, results, provenance):
+def test_names_that_are_no_unicode(tmp_path, log, provenance):
     odd = os.fsdecode(b'vase-\xff.mcap')
-    paths = outputs.write_outputs(tmp_path, results, replace(provenance, bag=odd))
+    paths = outputs.write_outputs(tmp_path, log, replace(provenance, bag=odd))
     assert load(paths[1])['bag'] == odd
     assert 'vase-?.mcap' in paths[2].read_text('utf-8')
+
+
+def test_summary_takes_its_place_last(tmp_path, log, provenance, monkeypatch):
+    # Who finds the fingerprint of a result in it may rely on all the rest.
+    moved = []
+    monkeypatch.setattr(os, 'replace', lambda _, target: moved.append(target.name))
+    outputs.write_outputs(tmp_path, log, provenance, figures=True)
+    assert moved[-1] == 'summary.json'
+    assert {'profile.csv', 'report.html', 'thickness.pdf', 'map.svg'} < set(moved)
+
+
+def test_a_log_keeps_one_capture(results, capture):
+    log = PrintLog(expected=3)
+    for result in results:
+        log.add(result)
+    assert log.reported is results[1]
+    captures = [weakref.ref(result.capture) for result in results]
+    del results[:], result, capture
+    # pytest holds what fixtures returned, but not what they made on the way.
+    assert [kept() is not None for kept in captures] == [False, True, False]
+
+
+def test_a_log_reports_the_capture_wanted(results, profile, advice, capture):
+    later = Result(capture, np.eye(4), replace(profile, capture=2), advice)
+    log = PrintLog(wanted=1)
+    for result in (*results, later):
+        log.add(result)
+    assert log.reported is results[1]
+    assert log.place == 1
+    assert log.numbers == [1, 2]
+    assert log.refusals == ['path: none started', 'no deposit']
 
 
 def test_versions_name_what_can_change_a_number():

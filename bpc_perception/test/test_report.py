@@ -1,18 +1,22 @@
 """The report: carries everything it shows, says it in words, and draws where things are."""
 
 import base64
+from dataclasses import replace
 from html.parser import HTMLParser
+import json
 
 from bpc_perception.core.advice import RateAdvice, Reason
 from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
+from bpc_perception.core.targets import WidthTargets
+from bpc_perception.film import decode, encode, Film, MOST
 from bpc_perception.outputs import Provenance, summarize
-import cv2
+from bpc_perception.print_log import PrintLog
 import numpy as np
 import pytest
 
-from bpc_perception import legend, overlay, report
+from bpc_perception import legend, overlay, report, report_figures
 
 MM = 1e-3
 NASTY = '</script><script>alert("1")</script>&<b>'
@@ -45,11 +49,19 @@ def result():
                    (5 * MM, 19 * MM), 14, 1.0795, 0.926, 0.9, 0.5, 6 * 10**9))
 
 
+TARGETS = WidthTargets.constant(2.078 * MM)
+
+
+def rendered(result):
+    log = PrintLog.of([Result(result.capture, refusal='no <deposit>'), result])
+    return report.render(log, summarize(log, Provenance(
+        f'{NASTY}.mcap', 'cell.calib', {'advice.dead_band': 0.03}, {'bpc': '0.1.0'}, TARGETS)),
+        TARGETS)
+
+
 @pytest.fixture
 def page(result):
-    refused = Result(result.capture, refusal='no <deposit>')
-    return report.render(result, summarize([refused, result], Provenance(
-        f'{NASTY}.mcap', 'cell.calib', {'advice.dead_band': 0.03}, {'bpc': '0.1.0'})))
+    return rendered(result)
 
 
 class Elements(HTMLParser):
@@ -68,6 +80,10 @@ class Elements(HTMLParser):
             self.text += data
 
 
+def picture(source):
+    return decode(base64.b64decode(source.split(',')[1]))
+
+
 def trace(figure, name):
     return next(trace for trace in figure.data if trace.name == name)
 
@@ -84,7 +100,7 @@ def test_page_loads_nothing(page):
 
 
 def test_page_cannot_send_the_data_away(page):
-    assert page.count('"showSendToCloud": false') == 3
+    assert page.count('"showSendToCloud": false') == 5
 
 
 def test_nasty_names_stay_text(page):
@@ -106,10 +122,17 @@ def test_page_is_small(page):
 
 
 def test_same_result_same_page(page, result):
-    refused = Result(result.capture, refusal='no <deposit>')
-    again = report.render(result, summarize([refused, result], Provenance(
-        f'{NASTY}.mcap', 'cell.calib', {'advice.dead_band': 0.03}, {'bpc': '0.1.0'})))
-    assert page == again
+    assert page == rendered(result)
+
+
+def test_page_leafs_through_the_captures(page):
+    # Text in a script element; tojson keeps it from ending that.
+    frames = json.loads(page.split('id="frames">')[1].split('</script>')[0])
+    refused, reported = frames
+    assert refused['words'] == 'refused: no <deposit>'
+    assert picture(refused['source']).shape == (4 * 24, 4 * 32, 3)
+    assert (reported['capture'], reported['source']) == (0, '')
+    assert reported['words'] == '2.000 mm ± 0.000 mm, 100.0 % known'
 
 
 @pytest.mark.parametrize(('valid', 'reason', 'words'), [
@@ -131,14 +154,17 @@ def test_everything_has_words_and_a_colour_of_its_own():
 
 def test_points_are_drawn_where_the_camera_sees_them(result):
     # 0.1 m away with f = 100 pixels: 1 mm is 1 pixel; the axis passes at (5, 12).
-    figure = report.image_figure(result)
+    figure = report_figures.image_figure(result)
     gap = trace(figure, 'gap')
-    assert (list(gap.x), list(gap.y)) == (pytest.approx([7]), pytest.approx([12]))
-    assert gap.marker.color == legend.COLOURS[Status.GAP]
+    # Half-way to its neighbours, and pen up.
+    assert gap.x[:3] == pytest.approx([6.5, 7, 7.5])
+    assert gap.y[:3] == pytest.approx([12, 12, 12])
+    assert np.isnan(gap.x[3])
+    assert gap.line.color == legend.COLOURS[Status.GAP]
     left, right = trace(figure, 'left side'), trace(figure, 'right side')
-    assert left.x[:3] == pytest.approx([5, 6, 8])
-    assert left.y == pytest.approx(np.full(19, 11.0))
-    assert right.y == pytest.approx(np.full(19, 13.0))
+    np.testing.assert_allclose(left.x[:5], (5, 6, np.nan, 8, 9), rtol=1e-6)
+    assert left.y[np.isfinite(left.y)] == pytest.approx(np.full(19, 11.0))
+    assert right.y[np.isfinite(right.y)] == pytest.approx(np.full(19, 13.0))
     assert figure.layout.xaxis.range == (-0.5, 31.5)
     assert figure.layout.yaxis.range == (23.5, -0.5)
 
@@ -149,21 +175,21 @@ def test_points_outside_the_image_are_not_drawn(result):
 
 
 def test_image_keeps_its_colours(result):
-    source = report.image_figure(result).data[0].source
-    header, data = source.split(',')
-    assert header == 'data:image/jpeg;base64'
-    decoded = cv2.imdecode(np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_COLOR)
-    assert np.abs(decoded[:, :, ::-1].astype(int) - result.capture.image).max() < 20
+    shown = report_figures.image_figure(result).layout.images[0]
+    assert shown.source.startswith('data:image/jpeg;base64,')
+    assert np.abs(picture(shown.source).astype(int) - result.capture.image).max() < 20
+    # Pixel centres have integer coordinates.
+    assert (shown.x, shown.y, shown.sizex, shown.sizey) == (-0.5, -0.5, 32, 24)
 
 
 def test_thickness_shows_target_gap_and_window(result):
-    path = overlay.path_pixels(result, result.profile.points)
-    figure = report.thickness_figure(result.profile, result.advice, path, 0.03)
+    figure = report_figures.thickness_figure(result, TARGETS, 0.03)
+    gap = trace(figure, 'gap')
+    assert gap.x[:4] == pytest.approx([1.5, 1.5, 2.5, 2.5])
+    assert gap.fillcolor == legend.COLOURS[Status.GAP]
+    assert trace(figure, 'target').y == pytest.approx([2.078, 2.078])
+    assert trace(figure, 'dead band').y[0] == pytest.approx(0.97 * 2.078)
     shapes = {shape.name: shape for shape in figure.layout.shapes}
-    assert (shapes['gap'].x0, shapes['gap'].x1) == pytest.approx((1.5, 2.5))
-    assert shapes['gap'].fillcolor == legend.COLOURS[Status.GAP]
-    assert shapes['target'].y0 == pytest.approx(2.078)
-    assert shapes['dead band'].y0 == pytest.approx(0.97 * 2.078)
     assert (shapes['advice window'].x0, shapes['advice window'].x1) == pytest.approx((5, 19))
     line = trace(figure, 'thickness')
     assert line.y[1] == pytest.approx(2)
@@ -171,11 +197,73 @@ def test_thickness_shows_target_gap_and_window(result):
     # Two samples before the gap: along the lower border, back along the upper, pen up.
     band = trace(figure, '± 1 sigma')
     np.testing.assert_allclose(band.x[:5], (0, 1, 1, 0, np.nan))
-    np.testing.assert_allclose(band.y[:5], (1.9, 1.9, 2.1, 2.1, np.nan))
+    np.testing.assert_allclose(band.y[:5], (1.9, 1.9, 2.1, 2.1, np.nan), rtol=1e-6)
+
+
+def test_graded_target_is_drawn_with_its_corners(result):
+    graded = WidthTargets(np.array((0.0, 10, 10, 30)) * MM, np.array((1.0, 2, 3, 3)) * MM)
+    target = trace(report_figures.thickness_figure(result, graded, 0.0), 'target')
+    assert target.x == pytest.approx([0, 10, 10, 19])
+    assert target.y == pytest.approx([1, 2, 3, 3])
+
+
+def test_offset_is_positive_to_the_left(result):
+    shifted = replace(result.profile, left=1.5 * result.profile.left,
+                      right=0.5 * result.profile.right)
+    offset = trace(report_figures.offset_figure(shifted), 'offset')
+    assert offset.y[0] == pytest.approx(0.5)
+    assert np.isnan(offset.y[2])
+
+
+def test_ribbon_is_as_wide_as_measured_and_coloured_by_deviation(result):
+    targets = WidthTargets.constant(2.5 * MM)
+    ribbon = trace(report_figures.map_figure(result.profile, targets), 'measured')
+    # Left sides first, then right ones; two triangles from sample to sample, none at the gap.
+    assert (ribbon.y[0], ribbon.y[20]) == pytest.approx((-1, 1))
+    assert len(ribbon.i) == 2 * 17
+    assert {tuple(corners) for corners in zip(ribbon.i, ribbon.j, ribbon.k, strict=True)} >= {
+        (0, 20, 1), (20, 21, 1)}
+    assert ribbon.intensity[0] == pytest.approx(-20)
+
+
+def test_long_print_is_thinned_in_3d(result):
+    count = 10_000
+    x = np.linspace(0, 2, count)
+    points = np.column_stack((x, np.zeros(count), np.full(count, 0.1)))
+    plain = np.full(count, MM)
+    long = replace(result.profile, time=x, arc_length=x, points=points,
+                   extruding=np.ones(count, bool), status=np.zeros(count, np.uint8),
+                   thickness=2 * plain, sigma=plain, left=plain, right=plain,
+                   left_points=points, right_points=points)
+    ribbon = trace(report_figures.map_figure(long, None), 'measured')
+    assert 0.4 * report_figures.MAP_SAMPLES < len(ribbon.x) / 2 <= report_figures.MAP_SAMPLES
+
+
+def test_pictures_stay_within_their_budget(result):
+    noise = np.random.default_rng(0).integers(0, 256, (24, 32, 3), np.uint8)
+    noisy = Result(replace(result.capture, image=noise), refusal='noise')
+    assert len(encode(noise, 10**6)[0]) > 600
+    for expected in (40, None):
+        film = Film(expected, budget=12_000)
+        for _ in range(40):
+            film.add(noisy)
+            assert sum(map(len, film.pictures.values())) <= 12_000
+        assert list(film.pictures) == list(range(40))
+        assert decode(film.pictures[0]).shape[1] > 10
+
+
+def test_of_very_many_captures_some_are_pictured(result):
+    film = Film()
+    for _ in range(2 * MOST + 3):
+        film.add(result)
+    numbers = list(film.pictures)
+    assert MOST / 2 < len(numbers) <= MOST
+    assert numbers[-1] == 2 * MOST + 2
+    assert set(np.diff(numbers[:-1])) == {4}
 
 
 def test_histogram_counts_measured_samples(result):
-    figure = report.histogram_figure(result.profile, result.advice)
+    figure = report_figures.histogram_figure(result.profile, TARGETS)
     assert len(figure.data[0].x) == 19
     assert [shape.name for shape in figure.layout.shapes] == [
         'first quartile 2.000 mm', 'median 2.000 mm', 'third quartile 2.000 mm',

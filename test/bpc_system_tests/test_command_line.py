@@ -16,7 +16,7 @@ from .command_line import command, OUTPUTS, PATIENCE, refusal, run, SAMPLE, succ
 pytestmark = pytest.mark.system
 
 COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study', 'bench',
-            'calibrate', 'check')
+            'calibrate', 'check', 'compare', 'batch')
 SCENARIOS = ('spiral_gaps', 'line', 'ring', 'meander', 'archimedean', 'fermat')
 
 
@@ -140,6 +140,17 @@ WRONG = {
     'record into a bag that exists': (['record', '--out', 'bare'],
                                       ['bare: expected a new bag', 'exists']),
     'unknown study': (['study', 'table9'], ['study: expected one of table1', 'found table9']),
+    'compare with nothing': (['compare', 'empty'], ['compare: expected two folders', 'found one']),
+    'compare what is no result': (['compare', 'empty', 'bare'],
+                                  ['empty: expected a folder with profile.csv', 'found no']),
+    'compare into no page': (['compare', 'empty', 'bare', '--out', 'page.pdf'],
+                             ['page.pdf: expected a name that ends in .html']),
+    'batch of a file': (['batch', 'text.txt', '--out', 'out'],
+                        ['text.txt: expected a folder, found none']),
+    'batch of nothing': (['batch', 'empty', '--out', 'out'],
+                         ['empty: expected recordings in it or below', 'found none']),
+    'quiet JSON': (['measure', SAMPLE, '--out', 'out', '--quiet', '--json'],
+                   ['expected --quiet or --json, found both']),
     'study into no folder': (['study', 'table1', '--json', 'nowhere/rows.json'],
                              ['nowhere/rows.json: expected', 'found none']),
 }
@@ -187,6 +198,25 @@ def test_measure_of_a_capture_is_that_of_all_captures(
         tmp_path / 'all' / 'capture_0001' / 'profile.csv').read_bytes()
     assert json.loads((one / 'summary.json').read_text())['capture'] == 1
     assert (one / 'profile.csv').stat().st_size < len(last)
+
+
+def test_scripts_get_json_and_figures(tmp_path: Path) -> None:
+    printed = succeed('measure', SAMPLE, '--out', tmp_path, '--json', '--figures')
+    events = [json.loads(line) for line in printed.splitlines()]
+    files = {str(path) for path in tmp_path.rglob('*') if path.is_file()}
+    assert {event['path'] for event in events if event['event'] == 'file'} == files
+    assert str(tmp_path / 'figures' / 'thickness.pdf') in files
+    captures = [event for event in events if event['event'] == 'capture']
+    assert [event['capture'] for event in captures] == [0, 1, 2, 3, 4]
+    assert captures[-1]['advice']['reason'] == 'UNDER_EXTRUSION'
+
+
+def test_prints_are_compared(measured_sample: Path, tmp_path: Path) -> None:
+    page = tmp_path / 'compare.html'
+    assert succeed('compare', measured_sample, measured_sample, '--out', page,
+                   '--quiet') == ''
+    assert '2 prints compared' in page.read_text()
+    assert list(tmp_path.iterdir()) == [page]
 
 
 def test_what_is_left_of_a_torn_recording_is_measured(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from rich.markup import escape
 from rich.table import Table
 import typer
 
@@ -33,9 +34,11 @@ def compare(
     beside.write_bytes(page)
     beside.replace(out)
     rows = comparison.rows(prints)
-    table = Table('print', *(heading for _, heading, _, _ in comparison.TABLE))
-    for row in rows:
-        table.add_row(*comparison.cells(row))
+    # A column a print: there are more numbers than prints, as a rule.
+    headings = ('print', *(heading for _, heading, _, _ in comparison.TABLE))
+    table = Table(show_header=False)
+    for cells in zip(headings, *map(comparison.cells, rows), strict=True):
+        table.add_row(*map(escape, cells))  # units are in brackets, as markup is
     terminal.show(table)
     for row in rows:
         terminal.tell('print', '', **row)

@@ -42,8 +42,9 @@ def measure(
     inputs.check_out(out)
     inputs.check_figures(figures)
     given = inputs.load(bag, hand_eye, parameters)
-    table, log = ResultTable(terminal), PrintLog(capture)
-    with terminal.progress('measure', capture_count(given.bag)) as advance:
+    expected = capture_count(given.bag)
+    table, log = ResultTable(terminal), PrintLog(capture, expected)
+    with terminal.progress('measure', expected) as advance:
         for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
             table.add(result)
             log.add(result)

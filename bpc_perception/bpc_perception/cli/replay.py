@@ -105,7 +105,7 @@ def replay(
         monitor.spin_until(played)
         monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
         linger(page, terminal, monitor)
-    log = PrintLog()
+    log = PrintLog(expected=len(stamps))
     with terminal.progress('collect', len(stamps)) as advance:
         for result in collect(monitor, given):
             log.add(result)
