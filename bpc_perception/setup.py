@@ -32,6 +32,7 @@ setup(
         *share('launch', '*.launch.py'),
         *share('rviz', '*.rviz'),
         *share('foxglove', '*.json'),
+        *share('sros2', '*.xml'),
     ],
     install_requires=['setuptools'],
     extras_require={

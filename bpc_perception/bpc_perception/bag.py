@@ -8,23 +8,22 @@ are read with ``rosbags``.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import import_module
-import logging
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
-from mcap.reader import make_reader, NonSeekingReader, Summary
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.rosbag2 import Reader as SqliteReader
 import yaml
 
-logger = logging.getLogger(__name__)
+from bpc_perception import mcap_file
+
 # Small chunks bound what a killed recorder loses; a larger message gets a chunk of its own.
 CHUNK_SIZE = 64 * 1024
 
@@ -67,7 +66,7 @@ class Bag:
         return None if None in counts else sum(count or 0 for count in counts)
 
     def span(self) -> tuple[int, int]:
-        """Times of the first and the last message [ns]."""
+        """Times of the first and the last message [ns]. Raises BagError where there is none."""
         spans = [_span(file, set(self.topics)) for file in self.files]
         return min(start for start, _ in spans), max(end for _, end in spans)
 
@@ -75,7 +74,11 @@ class Bag:
 class BagWriter:
     """A new rosbag2 folder with one MCAP file; a context manager.
 
-    Readable up to the last ``flush`` even if it is never closed.
+    Readable up to the last ``flush`` even if it is never closed. A message larger than a chunk
+    is flushed at once, with all before it.
+
+    After an OSError of ``write`` or ``flush``, such as that of a full disk, the file ends torn:
+    what comes behind half a record would be lost to every reader, so nothing is written any more.
     """
 
     def __init__(self, path: str | Path, compress: bool = False) -> None:
@@ -85,8 +88,11 @@ class BagWriter:
         self.path.mkdir(parents=True)
         self._file = self.path / f'{self.path.name}_0.mcap'
         compression = CompressionType.ZSTD if compress else CompressionType.NONE
-        self._writer = Writer(str(self._file), chunk_size=CHUNK_SIZE, compression=compression)
-        self._writer.start(Profile.ROS2, library='bpc')
+        self._stream = self._file.open('wb')
+        self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=compression)
+        self._torn = False
+        with self._writing():
+            self._writer.start(Profile.ROS2, library='bpc')
         self._channels: dict[str, int] = {}
         self._types: dict[str, str] = {}
         self._schemas: dict[str, int] = {}
@@ -94,11 +100,15 @@ class BagWriter:
         self._first_ns: int | None = None
         self._last_ns = 0
 
-    def add_topic(self, topic: str, type_name: str) -> None:
-        """Announce a topic of a type such as ``sensor_msgs/msg/Image``."""
+    def add_topic(self, topic: str, type_name: str, definition: bytes = b'') -> None:
+        """Announce a topic of a type such as ``sensor_msgs/msg/Image``.
+
+        The definition is that of the installed type, unless it is given.
+        """
         if type_name not in self._schemas:
             self._schemas[type_name] = self._writer.register_schema(
-                type_name, SchemaEncoding.ROS2, message_definition(type_name).encode())
+                type_name, SchemaEncoding.ROS2,
+                definition or message_definition(type_name).encode())
         self._channels[topic] = self._writer.register_channel(
             topic, MessageEncoding.CDR, self._schemas[type_name],
             {'offered_qos_profiles': ''})
@@ -108,8 +118,14 @@ class BagWriter:
     def write(self, topic: str, log_ns: int, message: Any) -> None:
         """Append a message, or one that is serialized already, recorded at this time [ns]."""
         data = message if isinstance(message, bytes) else serialize_message(message)
-        self._writer.add_message(self._channels[topic], log_time=log_ns, publish_time=log_ns,
-                                 data=data, sequence=self._counts[topic])
+        large = len(data) > CHUNK_SIZE
+        with self._writing():
+            if large:  # or else what waits would be lost with it if it is torn
+                self._writer.flush()
+            self._writer.add_message(self._channels[topic], log_time=log_ns, publish_time=log_ns,
+                                     data=data, sequence=self._counts[topic])
+            if large:
+                self._writer.flush()
         self._counts[topic] += 1
         self._first_ns = log_ns if self._first_ns is None else min(self._first_ns, log_ns)
         self._last_ns = max(self._last_ns, log_ns)
@@ -121,11 +137,31 @@ class BagWriter:
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system, readable as it is."""
-        self._writer.flush()
+        with self._writing():
+            self._writer.flush()
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        if self._torn:
+            raise OSError(f'{self._file}: expected a file to go on with, found it torn')
+        try:
+            yield
+        except OSError:
+            self._torn = True
+            raise
 
     def close(self) -> None:
-        """Complete the file and describe it in metadata.yaml."""
-        self._writer.finish()
+        """Complete the file and describe it in metadata.yaml, unless it is torn."""
+        if self._torn:
+            with suppress(OSError):
+                self._stream.close()
+            return
+        with self._writing():
+            self._writer.finish()
+            self._stream.close()
+        self._describe()
+
+    def _describe(self) -> None:
         start = {'nanoseconds_since_epoch': self._first_ns or 0}
         duration = {'nanoseconds': self._last_ns - (self._first_ns or 0)}
         count = sum(self._counts.values())
@@ -213,10 +249,12 @@ def _raw_messages(file: Path, topics: set[str]) -> Iterator[tuple[str, str, int,
 
 
 def _span(file: Path, topics: set[str]) -> tuple[int, int]:
-    summary = _mcap_summary(file) if file.suffix == '.mcap' else None
+    summary = mcap_file.summary(file) if file.suffix == '.mcap' else None
     if summary is not None and summary.statistics is not None:
         return summary.statistics.message_start_time, summary.statistics.message_end_time
     times = [log_ns for _, _, log_ns, _ in _raw_messages(file, topics)]
+    if not times:
+        raise BagError(f'{file}: expected messages, found none')
     return min(times), max(times)
 
 
@@ -225,48 +263,29 @@ def _count(file: Path, topic: str) -> int | None:
         with _open_sqlite(file) as reader:
             return sum(connection.msgcount for connection in reader.connections
                        if connection.topic == topic)
-    summary = _mcap_summary(file)
+    summary = mcap_file.summary(file)
     if summary is None or summary.statistics is None:
         return None
     return sum(summary.statistics.channel_message_counts.get(number, 0)
                for number, channel in summary.channels.items() if channel.topic == topic)
 
 
-def _mcap_summary(file: Path) -> Summary | None:
-    """What the end of a file says of its content; None where it is torn."""
-    try:
-        with file.open('rb') as stream:
-            return make_reader(stream).get_summary()
-    except Exception:  # as in _mcap_messages
-        return None
-
-
 def _mcap_topics(file: Path) -> dict[str, str]:
-    summary = _mcap_summary(file)
+    summary = mcap_file.summary(file)
     if summary is not None and summary.channels and all(
             channel.schema_id in summary.schemas for channel in summary.channels.values()):
         return {channel.topic: summary.schemas[channel.schema_id].name
                 for channel in summary.channels.values()}
-    topics = {topic: kind for topic, kind, _, _ in _mcap_messages(file, None)}
+    topics = {message.topic: message.type_name for message in mcap_file.messages(file)}
     if not topics:
         raise BagError(f'{file}: expected an MCAP file with messages, found none')
     return topics
 
 
-def _mcap_messages(file: Path,
-                   topics: set[str] | None) -> Iterator[tuple[str, str, int, bytes]]:
-    with file.open('rb') as stream:
-        # In the order of the file, which is that of recording; also all there is of a torn one.
-        reader = NonSeekingReader(stream, record_size_limit=None)
-        try:
-            for schema, channel, message in reader.iter_messages(
-                    topics=topics, log_time_order=False):
-                if schema is not None:
-                    yield channel.topic, schema.name, message.log_time, message.data
-        # On damaged bytes the reader lets through what its parts raise: struct.error, MemoryError,
-        # UnicodeDecodeError, KeyError, the decompressors' own and more.
-        except Exception as error:
-            logger.warning('%s: torn, read up to the damage (%s)', file, type(error).__name__)
+def _mcap_messages(file: Path, topics: set[str]) -> Iterator[tuple[str, str, int, bytes]]:
+    for message in mcap_file.messages(file):
+        if message.topic in topics:
+            yield message.topic, message.type_name, message.log_ns, message.data
 
 
 def _sqlite_topics(file: Path) -> dict[str, str]:

@@ -13,10 +13,10 @@ import yaml
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.poses import pose_matrix
 from bpc_perception.core.session import HandEye
+from bpc_perception.small_file import FileError, read_yaml
 
 MOUNTS = {'eye_on_base': True, 'eye_in_hand': False}
 UNITS = {'m': 1.0, 'mm': 1e-3}  # [m]
-SIZE_LIMIT = 1_000_000
 # Beyond the reach of the robot and its camera; as a rule millimetres taken for metres [m].
 FARTHEST = 5.0
 RIGID = 1e-4  # a matrix stored in single precision is a rotation to this
@@ -82,16 +82,9 @@ def save_hand_eye(path: str | Path, hand_eye: HandEye, name: str, base_frame: st
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        if path.stat().st_size > SIZE_LIMIT:
-            size = path.stat().st_size
-            raise HandEyeError(f'{path}: expected a calibration, found {size} bytes')
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except HandEyeError:
-        raise
-    # PyYAML lets ValueError through for dates such as 2024-99-99, and RecursionError.
-    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
-        problem = getattr(error, 'strerror', None) or str(error).splitlines()[0]
-        raise HandEyeError(f'{path}: expected a readable YAML file, found: {problem}') from error
+        content = read_yaml(path)
+    except FileError as error:
+        raise HandEyeError(f'{path}: {error}') from error
     if not isinstance(content, dict):
         raise HandEyeError(f'{path}: expected a calibration with one of the keys '
                            f'{", ".join(FORMS)}, found {type(content).__name__}')
@@ -115,7 +108,7 @@ def _easy_handeye(content: dict[str, Any]) -> HandEye:
 def _matrix(content: dict[str, Any]) -> HandEye:
     try:
         T_parent_camera = np.array(_find_matrix(content), np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise HandEyeError(f'expected Data with 4 x 4 numbers, found: {error}') from error
     if T_parent_camera.shape != (4, 4) or not np.isfinite(T_parent_camera).all():
         raise HandEyeError('expected Data with 4 x 4 finite numbers, found '
@@ -179,7 +172,7 @@ def _entry(content: dict[str, Any], group: str, key: str) -> Any:
 def _numbers(values: Any, keys: Any) -> Array:
     try:
         return np.array([float(values[key]) for key in keys])
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise HandEyeError(f'expected numbers {", ".join(map(str, keys))}, '
                            f'found: {error}') from error
 

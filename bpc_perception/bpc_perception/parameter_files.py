@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from bpc_perception.core.config import (
     Config,
     ConfigError,
@@ -15,8 +13,7 @@ from bpc_perception.core.config import (
     RecorderConfig,
     replace_flat,
 )
-
-SIZE_LIMIT = 1_000_000
+from bpc_perception.small_file import FileError, read_yaml
 
 
 class ParameterFileError(ValueError):
@@ -69,12 +66,9 @@ def live_recorder(file: str | Path | None) -> RecorderConfig:
 
 def _sections(path: Path) -> dict[str, dict[str, Any]]:
     try:
-        if path.stat().st_size > SIZE_LIMIT:
-            raise ParameterFileError(f'{path}: expected parameters, found a very large file')
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        problem = getattr(error, 'strerror', None) or str(error).splitlines()[0]
-        raise ParameterFileError(f'{path}: expected a YAML file, found: {problem}') from error
+        content = read_yaml(path)
+    except FileError as error:
+        raise ParameterFileError(f'{path}: {error}') from error
     try:
         return {str(node): dict(section['ros__parameters'])
                 for node, section in (content or {}).items()}

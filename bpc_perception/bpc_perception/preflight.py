@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import NamedTuple
 
+from bpc_perception.transport import users_profile
+
 OK, WARN, FAIL = 'OK', 'WARN', 'FAIL'
 
 # Least rates of what flows by itself: that which serves, and that which does well [Hz].
@@ -153,13 +155,11 @@ def judge_transport(environment: Mapping[str, str], shared_memory: float) -> Ite
         yield Finding(WARN, 'middleware', rmw, 'tried is rmw_fastrtps_cpp only')
     else:
         yield Finding(OK, 'middleware', rmw)
-    names = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-    given = [environment[name] for name in names if environment.get(name)]
-    yield Finding(OK, 'transport', f'profiles {given[0]}' if given else
-                  "bpc's own profiles for its nodes")
-    if given and 'transport.xml' not in given[0]:
-        yield Finding(WARN, 'transport', f'profiles {given[0]} in place of transport.xml',
+    if given := users_profile(environment):
+        yield Finding(WARN, 'transport', f'profiles {given} in place of transport.xml',
                       'see that it has shared memory for captures of 37 MB')
+    else:
+        yield Finding(OK, 'transport', "bpc's own profiles for its nodes")
     level = WARN if shared_memory < SHM_WARN else OK
     yield Finding(level, 'shared memory', f'{shared_memory / 1e6:.0f} MB free',
                   '' if level == OK else 'captures come late or not: make room in /dev/shm')

@@ -15,7 +15,7 @@ from pathlib import Path
 import re
 import time
 
-SHARED_MEMORY = Path('/dev/shm')
+SHARED_MEMORY = Path('/dev/shm')  # noqa: S108 (where Fast DDS has it)
 NAME = re.compile(r'(fastrtps_(?:[0-9a-f]{16}|port\d{1,5}))(_el|_sl)?')
 SETTLED = 2.0  # a younger file may be of a process that has not locked it yet [s]
 

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 from bpc_perception.parameter_files import live_recorder
+from bpc_perception.transport import VARIABLES, with_profile
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-import bpc_perception
-
-# Shared memory with room for a capture; a user's own file wins. Read under either name.
-TRANSPORT = {name: str(Path(bpc_perception.__file__).with_name('transport.xml'))
-             for name in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-             if name not in os.environ}
+# Shared memory with room for a capture; a user's own file wins.
+TRANSPORT = {name: value for name, value in with_profile(os.environ, captures=True).items()
+             if name in VARIABLES}
 
 # What the nodes subscribe to, by the launch argument that names another topic for it.
 TOPICS = {

@@ -6,10 +6,13 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 import shutil
+import struct
 import subprocess
 import sys
+import tracemalloc
 from typing import Any
 
+import lz4.frame
 import numpy as np
 from perception_builders import band_image, capture_of, path_through, profile_of, SECOND, START_NS
 import pytest
@@ -27,6 +30,7 @@ from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 import yaml  # noqa: E402
+import zstandard  # noqa: E402
 
 from bpc_interfaces.msg import ExtrusionState, RateAdvice  # noqa: E402
 from bpc_perception import topics  # noqa: E402
@@ -315,6 +319,50 @@ os._exit(9)
     assert killed.returncode == 9
     found = read(tmp_path / 'bag')
     assert [stamp for _, stamp, _ in found][:5] == list(range(5))
+
+
+def test_a_damaged_chunk_is_left_out(tmp_path: Path) -> None:
+    file, _ = write_plain(tmp_path / 'bag', 10)
+    data = bytearray(file.read_bytes())
+    data[data.index(b'word 5')] ^= 1
+    file.write_bytes(data)
+    assert read(tmp_path / 'bag') == [entry for i, entry in enumerate(entries(10)) if i != 5]
+
+
+def record(opcode: int, content: bytes, length: int | None = None) -> bytes:
+    """A record of an MCAP file that says it is of this length."""
+    return struct.pack('<BQ', opcode, len(content) if length is None else length) + content
+
+
+def chunk(compression: str, size: int, data: bytes, length: int | None = None) -> bytes:
+    """A chunk that says it unpacks to this size."""
+    return record(6, struct.pack('<QQQII', 0, 0, size, 0, len(compression))
+                  + compression.encode()
+                  + struct.pack('<Q', len(data) if length is None else length) + data)
+
+
+ZEROS = bytes(1 << 28)
+
+
+@pytest.mark.parametrize('content', [
+    record(6, b'', 1 << 60), record(4, b'', 1 << 60), record(99, b'', 1 << 60),
+    record(4, struct.pack('<HHI', 1, 1, 2**32 - 1) + b'name'),
+    chunk('', 1 << 60, b'', 1 << 60), chunk('', 10, b'', 1 << 33),
+    chunk('zstd', 1 << 60, zstandard.compress(ZEROS)),
+    chunk('zstd', 1000, zstandard.compress(ZEROS)),
+    chunk('lz4', 1000, lz4.frame.compress(ZEROS)), chunk('bzip2', 10, b'x')],
+    ids=['chunk', 'channel', 'unknown', 'string', 'data', 'more data', 'zstd', 'zstd of zeros',
+         'lz4 of zeros', 'unknown compression'])
+def test_a_length_that_lies_takes_no_memory(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / 'bag.mcap'
+    file.write_bytes(b'\x89MCAP0\r\n' + record(1, struct.pack('<II', 0, 0)) + content)
+    tracemalloc.start()
+    try:
+        with pytest.raises(BagError, match='expected an MCAP file with messages, found none'):
+            Bag(file)
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()
 
 
 # What is no bag

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from bpc_perception.core.session import HandEye
-from bpc_perception.handeye import HandEyeError, load_hand_eye, save_hand_eye, SIZE_LIMIT
+from bpc_perception.handeye import HandEyeError, load_hand_eye, save_hand_eye
+from bpc_perception.small_file import LARGEST
 import numpy as np
 import pytest
 
@@ -65,8 +66,14 @@ def good_without(*lines: str) -> str:
     ('!!python/object:os.system {}', r'expected a readable YAML file, found: '),
     (b'\xff\xfe\x00\x01', r'expected a readable YAML file, found: '),
     ('[' * 5000, r'expected a readable YAML file, found: '),
-    ('#' * (SIZE_LIMIT + 1), rf'expected a calibration, found {SIZE_LIMIT + 1} bytes'),
-], ids=range(22))
+    ('#' * (LARGEST + 1), rf'expected a readable YAML file, found: more than {LARGEST} bytes'),
+    # A handful of lines that would be a billion values.
+    ('a: &a [1, 1]\nb: &b [*a, *a]\nxyz: [*b, *b]', r'expected a readable .*: an alias, \*a'),
+    ('{a: ' * 21 + '}' * 21, r'expected a readable YAML file, found: more than 20 levels'),
+    ('a: !!bool x', r'expected a readable YAML file, found: '),
+    (f'calibration_type: eye_on_base\nunit: m\nxyz: [0, 0, {"9" * 400}]\n'
+     'quaternion: [0, 0, 0, 1]', r'expected numbers 0, 1, 2, found: int too large'),
+], ids=range(26))
 def test_what_is_no_calibration_is_refused_naming_both(tmp_path: Path, text: str | bytes,
                                                        expected: str) -> None:
     file = written(tmp_path, text)

@@ -27,7 +27,8 @@ KEYS = {'cv2': 'python3-opencv', 'hypothesis': 'python3-hypothesis', 'jinja2': '
         'scipy': 'python3-scipy', 'typer': 'python3-typer', 'yaml': 'python3-yaml',
         'serial': 'python3-serial', 'markupsafe': 'python3-jinja2'}  # a part of it
 # Without a rosdep key for Ubuntu 24.04; bootstrap/stock.lock has them.
-WITHOUT_KEY = {'mcap', 'rosbags', 'plotly', 'apsw', 'nicegui', 'selenium'}
+WITHOUT_KEY = {'mcap', 'rosbags', 'lz4', 'zstandard', 'ticlib', 'plotly', 'apsw', 'nicegui',
+               'selenium'}
 # What NiceGUI stands on, and the page with it.
 WITHOUT_KEY |= {'fastapi', 'starlette', 'uvicorn'}
 # Extras in setup.py, imported when asked for.

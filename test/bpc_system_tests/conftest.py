@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from bpc_perception.cli.processes import TRANSPORT, TRANSPORT_VARIABLES
+from bpc_perception.transport import choose_profile
 import pytest
 
 from . import browser as browsers
@@ -20,7 +20,7 @@ os.environ['BPC_ROOT'] = str(ROOT)
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 # The tests themselves publish captures too.
-os.environ.update(dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT))
+choose_profile(captures=True)
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """What the README and config/ say of the parameters, made from the configuration objects.
 
-Run as a program, writes both anew.
+Run as a program, writes both anew, and the SROS 2 policy.
 """
 
 from __future__ import annotations
@@ -25,6 +25,11 @@ from bpc_perception.core.config import (
 )
 from bpc_sim.config import ControllerConfig, SimConfig
 import yaml
+
+if __package__:
+    from . import sros2_policy
+else:
+    import sros2_policy
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / 'README.md'
@@ -106,6 +111,7 @@ def files() -> Iterator[tuple[Path, str]]:
     yield README, with_tables(README.read_text(encoding='utf-8'))
     for node, kind in FILES.items():
         yield CONFIG / f'{node}.yaml', parameter_file(node, kind())
+    yield sros2_policy.FILE, sros2_policy.policy()
 
 
 if __name__ == '__main__':

@@ -6,6 +6,7 @@ Built with Typer, which makes options, types and help from the functions' own si
 from __future__ import annotations
 
 import logging
+import signal
 import sys
 from typing import Any, NoReturn
 
@@ -20,12 +21,14 @@ from bpc_perception.cli import (
     live,
     measure,
     record,
+    recover,
     replay,
     sim,
     study,
     testing,
 )
 from bpc_perception.cli.terminal import WARNINGS
+from bpc_perception.transport import choose_profile
 
 REFUSED = 2
 INTERRUPTED = 130
@@ -39,7 +42,8 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None,
 for name, command in (('demo', replay.demo), ('test', testing.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
                       ('live', live.live), ('sim', sim.sim), ('record', record.record),
-                      ('batch', batch.batch), ('compare', compare.compare),
+                      ('recover', recover.recover), ('batch', batch.batch),
+                      ('compare', compare.compare),
                       ('study', study.study), ('bench', bench.bench),
                       ('check', check.check)):
     app.command(name)(command)
@@ -48,6 +52,8 @@ app.add_typer(calibrate.app, name='calibrate')
 
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
+    choose_profile()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # nothing half-made is left either
     logging.getLogger().addHandler(WARNINGS)
     try:
         status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)

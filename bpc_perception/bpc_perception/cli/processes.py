@@ -17,11 +17,9 @@ import yaml
 
 from bpc_perception import shared_memory
 from bpc_perception.nodes.process import HEARTBEAT_VARIABLE, PARENT_VARIABLE
+from bpc_perception.transport import with_profile
 
 END_PATIENCE = 1.5  # for all nodes together [s]
-# Read by Fast DDS under the one or the other name; a user's own file wins.
-TRANSPORT = str(Path(__file__).parents[1] / 'transport.xml')
-TRANSPORT_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 # The shared memory is taken at the start, by each process that is given the file.
 FRAME_PUBLISHERS = ('camera_driver', 'composed')
 
@@ -61,10 +59,8 @@ class Nodes:
         handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
         signs, pipe = os.pipe()
         os.set_blocking(signs, False)
-        environment = os.environ | {PARENT_VARIABLE: str(os.getpid()),
-                                    HEARTBEAT_VARIABLE: str(pipe)}
-        if name in FRAME_PUBLISHERS:
-            environment = dict.fromkeys(TRANSPORT_VARIABLES, TRANSPORT) | environment
+        environment = with_profile(os.environ, captures=name in FRAME_PUBLISHERS) | {
+            PARENT_VARIABLE: str(os.getpid()), HEARTBEAT_VARIABLE: str(pipe)}
         self._close_pipe(name)
         self._started[name], self._log_files[name] = (module, parameters), Path(log)
         self._pipes[name], self._beats[name] = signs, {}

@@ -29,6 +29,11 @@ MICROSTEPS = {0: 1, 1: 2, 2: 4, 3: 8, 4: 16, 5: 32, 6: 2, 7: 64, 8: 128, 9: 256}
 POSITION_UNCERTAIN = 1 << 1  # of misc_flags
 OPERATION_STATES = {0: 'reset', 2: 'de-energized', 4: 'soft error', 6: 'waiting for ERR line',
                     8: 'starting up', 10: 'normal'}
+# Widths of the Tic's variables, and of the micro-controller's clock.
+LIMITS = {'millis': (0, 2**32 - 1), 'position': (-2**31, 2**31 - 1),
+          'velocity': (-2**31, 2**31 - 1), 'operation_state': (0, 255), 'misc_flags': (0, 255),
+          'error_status': (0, 2**16 - 1), 'errors_occurred': (0, 2**32 - 1),
+          'vin_mv': (0, 2**16 - 1)}
 ERRORS = {0: 'intentionally de-energized', 1: 'motor driver', 2: 'low VIN', 3: 'kill switch',
           4: 'required input invalid', 5: 'serial error', 6: 'command timeout',
           7: 'safe start violation', 8: 'ERR line high', 16: 'serial framing',
@@ -70,6 +75,10 @@ class TicState:
         if self.step_mode not in MICROSTEPS:
             raise StateError(f'step mode: expected a code up to {max(MICROSTEPS)}, '
                              f'found {self.step_mode}')
+        for name, (least, most) in LIMITS.items():
+            value = (self.device_ns or 0) // 10**6 if name == 'millis' else getattr(self, name)
+            if not least <= value <= most:
+                raise StateError(f'{name}: expected {least} to {most}, found {value}')
 
 
 def error_names(bits: int) -> str:

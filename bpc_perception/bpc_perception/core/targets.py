@@ -12,6 +12,7 @@ from bpc_perception.core.geometry import Array
 
 COLUMNS = ['arc_length_mm', 'thickness_mm']
 MM = 1e-3
+LARGEST = 10_000_000  # of a table [bytes]
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,14 @@ class WidthTargets:
             OSError: the file cannot be read.
             ValueError: it is no such table; the message names what was expected and found.
         """
-        lines = Path(file).read_text(encoding='utf-8').splitlines()
-        rows = [row for row in csv.reader(lines) if row]
+        with Path(file).open('rb') as stream:
+            content = stream.read(LARGEST + 1)
+        if len(content) > LARGEST:
+            raise ValueError(f'{file}: expected at most {LARGEST} bytes, found more')
+        try:
+            rows = [row for row in csv.reader(content.decode('utf-8').splitlines()) if row]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise ValueError(f'{file}: expected a table, found: {error}') from error
         if not rows or [cell.strip() for cell in rows[0]] != COLUMNS:
             raise ValueError(f'{file}: expected the columns {",".join(COLUMNS)}, '
                              f'found {",".join(rows[0]) if rows else "nothing"}')

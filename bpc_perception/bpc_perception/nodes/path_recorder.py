@@ -11,7 +11,6 @@ from std_srvs.srv import Trigger
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception import topics
-from bpc_perception.bag import BagWriter
 from bpc_perception.conversions import (
     ConversionError,
     extruder_from_message,
@@ -28,6 +27,7 @@ from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
 from bpc_perception.path_journal import PathJournal
+from bpc_perception.whole import inside, whole_bag
 
 
 class PathRecorderNode(Node):
@@ -137,9 +137,9 @@ class PathRecorderNode(Node):
         if path is None:
             response.message = 'expected a print, found none started'
             return response
-        target = FilePath(self._config.output_folder) / path.print_id
         try:
-            with BagWriter(target) as bag:
+            target = inside(self._config.output_folder, path.print_id)
+            with whole_bag(target) as bag:
                 bag.add_topic(f'/{topics.PATH}', topics.type_name(DepositionPath))
                 bag.write(f'/{topics.PATH}', self.get_clock().now().nanoseconds,
                           path_to_message(path, self._config.base_frame))

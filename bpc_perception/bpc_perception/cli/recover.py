@@ -1,0 +1,42 @@
+"""``bpc recover``: a whole recording of what a torn one still holds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+import shutil
+from typing import Annotated
+
+import typer
+
+from bpc_perception import mcap_file
+from bpc_perception.bag import Bag, BagError
+from bpc_perception.cli.inputs import HAND_EYE, PARAMETERS
+from bpc_perception.whole import whole_bag
+
+
+def recover(
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or .mcap file.')],
+    out: Annotated[Path, typer.Option('--out', metavar='BAG', help='New rosbag2 folder.')],
+) -> None:
+    """Write what is readable of a torn recording into a new one, with index and metadata.
+
+    bpc reads torn recordings as they are; this is for programs that do not.
+    """
+    files = Bag(bag).files
+    if any(file.suffix != '.mcap' for file in files):
+        raise BagError(f'{bag}: expected a recording in MCAP files, found sqlite3')
+    counts: Counter[str] = Counter()
+    with whole_bag(out) as writer:
+        for file in files:
+            for message in mcap_file.messages(file):
+                if message.topic not in counts:
+                    writer.add_topic(message.topic, message.type_name, message.definition)
+                writer.write(message.topic, message.log_ns, message.data)
+                counts[message.topic] += 1
+    for name in (HAND_EYE, PARAMETERS):
+        if bag.is_dir() and (bag / name).exists():
+            shutil.copy(bag / name, out)
+    for topic, count in counts.items():
+        print(f'{topic}: {count} messages')
+    print(out)
