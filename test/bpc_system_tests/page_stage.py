@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 import os
 from typing import Any
+from urllib.error import URLError
+from urllib.request import urlopen
 
 from bpc_perception.cli.page import free_port, TOKEN_VARIABLE
 from bpc_perception.cli.processes import Nodes
@@ -78,6 +80,16 @@ class Stage:
         self.nodes.start('bpc_perception.nodes.page', port=self.port)
         del os.environ[TOKEN_VARIABLE]
         self.wait(lambda: self.nodes.check() or self.printer.heard)
+        self.wait(lambda: answers(self.address()))
+
+
+def answers(address: str) -> bool:
+    """Whether a page is served there by now."""
+    try:
+        with urlopen(address, timeout=PATIENCE) as answer:
+            return int(answer.status) == 200
+    except URLError:
+        return False
 
 
 @contextmanager
