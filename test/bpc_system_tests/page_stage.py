@@ -17,6 +17,7 @@ from bpc_perception.testing import Graph
 from selenium.common.exceptions import (
     ElementClickInterceptedException,
     NoSuchElementException,
+    StaleElementReferenceException,
 )
 from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
@@ -48,15 +49,18 @@ class Stage:
 
     def text(self, selector: str) -> str:
         """What elements of the page say."""
-        return '\n'.join(str(element.get_property('innerText')) for element in
-                         self.driver.find_elements(By.CSS_SELECTOR, selector))
+        # In one step: between two the page may have replaced what was found.
+        return str(self.driver.execute_script(
+            'return [...document.querySelectorAll(arguments[0])]'
+            '.map(element => element.innerText).join("\\n")', selector))
 
     def press(self, selector: str) -> None:
         """Click, as soon as nothing that moves is in front."""
         def clicked() -> bool:
             try:
                 self.driver.find_element(By.CSS_SELECTOR, selector).click()
-            except (ElementClickInterceptedException, NoSuchElementException):
+            except (ElementClickInterceptedException, NoSuchElementException,
+                    StaleElementReferenceException):
                 return False
             return True
 
