@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 import os
 from typing import Any
+from urllib.error import URLError
+from urllib.request import urlopen
 
 from bpc_perception.cli.page import free_port, TOKEN_VARIABLE
 from bpc_perception.cli.processes import Nodes
@@ -15,6 +17,7 @@ from bpc_perception.testing import Graph
 from selenium.common.exceptions import (
     ElementClickInterceptedException,
     NoSuchElementException,
+    StaleElementReferenceException,
 )
 from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
@@ -46,15 +49,18 @@ class Stage:
 
     def text(self, selector: str) -> str:
         """What elements of the page say."""
-        return '\n'.join(str(element.get_property('innerText')) for element in
-                         self.driver.find_elements(By.CSS_SELECTOR, selector))
+        # In one step: between two the page may have replaced what was found.
+        return str(self.driver.execute_script(
+            'return [...document.querySelectorAll(arguments[0])]'
+            '.map(element => element.innerText).join("\\n")', selector))
 
     def press(self, selector: str) -> None:
         """Click, as soon as nothing that moves is in front."""
         def clicked() -> bool:
             try:
                 self.driver.find_element(By.CSS_SELECTOR, selector).click()
-            except (ElementClickInterceptedException, NoSuchElementException):
+            except (ElementClickInterceptedException, NoSuchElementException,
+                    StaleElementReferenceException):
                 return False
             return True
 
@@ -78,6 +84,16 @@ class Stage:
         self.nodes.start('bpc_perception.nodes.page', port=self.port)
         del os.environ[TOKEN_VARIABLE]
         self.wait(lambda: self.nodes.check() or self.printer.heard)
+        self.wait(lambda: answers(self.address()))
+
+
+def answers(address: str) -> bool:
+    """Whether a page is served there by now."""
+    try:
+        with urlopen(address, timeout=PATIENCE) as answer:
+            return int(answer.status) == 200
+    except URLError:
+        return False
 
 
 @contextmanager

@@ -9,7 +9,7 @@ import re
 import signal
 import time
 from typing import Any
-from urllib.error import HTTPError, URLError
+from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
 from bpc_perception.overlay import draw_overlay
@@ -22,7 +22,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 
 from .browser import asked, DESKTOP, errors, PHONE, show_as
 from .command_line import running, SAMPLE
-from .page_stage import Stage, staged, TOKEN
+from .page_stage import answers, Stage, staged, TOKEN
 from .ros_graph import PATIENCE
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
@@ -43,15 +43,6 @@ def refused(request: Request | str) -> tuple[int, str]:
         pass
     with refusal.value as error:
         return error.code, error.read().decode()
-
-
-def answers(address: str) -> bool:
-    """Whether a page is served there by now."""
-    try:
-        with urlopen(address, timeout=PATIENCE) as answer:
-            return int(answer.status) == 200
-    except URLError:
-        return False
 
 
 def drawn(stage: Stage) -> dict[str, Any]:
