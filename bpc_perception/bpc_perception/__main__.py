@@ -1,10 +1,28 @@
 """Runs the command line as ``python -m bpc_perception``."""
 
+from collections.abc import Callable
+import os
+import signal
 import sys
 
-try:
+INTERRUPTED = 130
+
+
+def load() -> Callable[[], None]:
+    """The command line, whose loading takes a second, in which Ctrl-C just ends the process.
+
+    An exception instead might be swallowed by what is just being imported.
+    """
+    before = signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
     from bpc_perception.cli import main
 
-    main()
-except KeyboardInterrupt:  # while all of it is being loaded, which takes a second
-    sys.exit(130)
+    signal.signal(signal.SIGINT, before)
+    return main
+
+
+if __name__ == '__main__':
+    main = load()
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)

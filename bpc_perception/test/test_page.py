@@ -138,6 +138,20 @@ def test_a_silent_node_is_not_well(monkeypatch: pytest.MonkeyPatch) -> None:
     assert board.health()['thickness'] == (Level.ERROR, 'silent for 12 s')
 
 
+def test_of_a_dead_node_its_supervisor_speaks() -> None:
+    board = Board(lambda: 0)
+    board.hear('thickness', Level.STALE, 'captures: expected messages, heard of none yet')
+    board.hear('supervisor: thickness', Level.OK, 'ok')
+    assert board.health()['thickness'][0] == Level.STALE
+    assert board.events == ()
+    board.hear('supervisor: thickness', Level.ERROR, 'ended with status -9')
+    assert board.health() == {'path_recorder': (Level.UNHEARD, 'not heard yet'),
+                              'thickness': (Level.ERROR, 'ended with status -9')}
+    assert [(event.source, event.alarm) for event in board.events] == [('thickness', True)]
+    board.hear('supervisor: thickness', Level.OK, 'ok')
+    assert board.health()['thickness'][0] == Level.STALE
+
+
 def test_events_of_one_kind_are_one_and_all_are_few() -> None:
     board = Board(lambda: 0)
     board.hear('camera', Level.ERROR, 'no light')

@@ -75,12 +75,12 @@ def licence(name: str) -> str:
         about = metadata.metadata(name)
     except metadata.PackageNotFoundError:
         return ''
-    if about['License-Expression']:
+    if about.get('License-Expression'):  # KeyError or None where there is none: two libraries
         return str(about['License-Expression'])
     words = [each.rsplit(' :: ', 1)[-1] for each in about.get_all('Classifier') or []
              if each.startswith('License :: ')]
     if not any(WORDS.get(word, word) for word in words):
-        words = [(about['License'] or '').strip()]
+        words = [(about.get('License') or '').strip()]
     return ' OR '.join(dict.fromkeys(WORDS.get(word, word) for word in words
                                      if WORDS.get(word, word)))
 

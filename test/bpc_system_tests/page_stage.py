@@ -16,6 +16,7 @@ from bpc_perception.core.session import Result
 from bpc_perception.testing import Graph
 from selenium.common.exceptions import (
     ElementClickInterceptedException,
+    ElementNotInteractableException,
     NoSuchElementException,
     StaleElementReferenceException,
 )
@@ -59,8 +60,8 @@ class Stage:
         def clicked() -> bool:
             try:
                 self.driver.find_element(By.CSS_SELECTOR, selector).click()
-            except (ElementClickInterceptedException, NoSuchElementException,
-                    StaleElementReferenceException):
+            except (ElementClickInterceptedException, ElementNotInteractableException,
+                    NoSuchElementException, StaleElementReferenceException):
                 return False
             return True
 

@@ -21,6 +21,9 @@ ANSWERS = tuple(f'~/{name}' for name in (
     'list_parameters', 'set_parameters', 'set_parameters_atomically'))
 # Where a flange's pose may come from.
 POSES = (topics.POSE, topics.JOINTS, topics.LBR_STATE, '/tf', '/tf_static')
+LIFECYCLE = tuple(f'~/{name}' for name in (
+    'change_state', 'get_available_states', 'get_available_transitions', 'get_state',
+    'get_transition_graph'))
 SERVICES = ('start', 'stop', 'clear', 'save')
 RECORDED = tuple(topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS)
 
@@ -36,7 +39,8 @@ class Interface:
 
 
 NODES = {
-    'camera_driver': Interface((*topics.CAMERA, topics.SNR, '/diagnostics'), (), ('capture',)),
+    'camera_driver': Interface((*topics.CAMERA, topics.SNR, '~/transition_event', '/diagnostics'),
+                               (), ('capture', *LIFECYCLE)),
     'thickness': Interface(
         (topics.PROFILE, topics.ADVICE, *topics.VIEWS, '/diagnostics'),
         (*topics.CAMERA, *POSES, topics.PATH, topics.PATH_UPDATE)),

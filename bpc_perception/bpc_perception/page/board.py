@@ -27,6 +27,7 @@ EVENTS = 30  # the newest that are kept
 LATE, SILENT = 3.0, 10.0  # of a node that speaks once a second [s]
 # Nodes without which nothing is measured: missed where they never spoke.
 NEEDED = ('path_recorder', 'thickness')
+SUPERVISOR = 'supervisor: '  # in front of the name of a node that it speaks for
 
 
 class Level(IntEnum):
@@ -114,8 +115,8 @@ class Board:
     def hear(self, name: str, level: Level, words: str) -> None:
         """Take what a node says of itself."""
         self.nodes = {**self.nodes, name: Health(level, words, time.monotonic())}
-        if level != Level.OK:
-            self.tell(name, words, alarm=level >= Level.ERROR)
+        if level in (Level.WARN, Level.ERROR):  # what is stale has not begun yet
+            self.tell(name.removeprefix(SUPERVISOR), words, alarm=level == Level.ERROR)
 
     def tell(self, source: str, words: str, alarm: bool) -> None:
         """Keep an event; of one kind, told by the words before the first colon, the last."""
@@ -130,7 +131,13 @@ class Board:
         """Level and words of each node now, by name."""
         at = time.monotonic()
         unheard = dict.fromkeys(NEEDED, (Level.UNHEARD, 'not heard yet'))
-        return unheard | {name: health.now(at) for name, health in sorted(self.nodes.items())}
+        said = {name: health.now(at) for name, health in sorted(self.nodes.items())
+                if not name.startswith(SUPERVISOR)}
+        # The dead do not speak for themselves.
+        dead = {name.removeprefix(SUPERVISOR): health.now(at)
+                for name, health in self.nodes.items()
+                if name.startswith(SUPERVISOR) and health.level == Level.ERROR}
+        return unheard | said | dead
 
 
 def overlay_of(stamp_ns: int, image: NDArray[np.uint8]) -> Overlay:
