@@ -56,8 +56,10 @@ class Stage:
             '.map(element => element.innerText).join("\\n")', selector))
 
     def press(self, selector: str) -> None:
-        """Click, as soon as nothing that moves is in front."""
+        """Click, as soon as nothing moves: a click on what still grows falls beside it."""
         def clicked() -> bool:
+            if self.driver.execute_script('return document.getAnimations().length'):
+                return False
             try:
                 self.driver.find_element(By.CSS_SELECTOR, selector).click()
             except (ElementClickInterceptedException, ElementNotInteractableException,

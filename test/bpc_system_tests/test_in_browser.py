@@ -125,7 +125,7 @@ def test_a_new_capture_is_shown_to_all_who_look(
 
 def test_without_a_token_there_are_no_buttons(stage: Stage) -> None:
     stage.driver.get(stage.address(None))
-    stage.wait(lambda: stage.text('.capture').startswith('capture 4,'))
+    stage.wait(lambda: stage.text('.headline'))
     assert stage.driver.find_elements(By.CSS_SELECTOR, 'button') == []
 
 
