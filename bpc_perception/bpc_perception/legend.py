@@ -29,8 +29,8 @@ MEANINGS = {
 }
 REASONS = {
     Reason.ON_TARGET: 'on target',
-    Reason.UNDER_EXTRUSION: 'the filament is too thin',
-    Reason.OVER_EXTRUSION: 'the filament is too thick',
+    Reason.UNDER_EXTRUSION: 'what is laid now comes out too thin',
+    Reason.OVER_EXTRUSION: 'what is laid now comes out too thick',
     Reason.LIMITED: 'limited to the largest change allowed',
     Reason.NOT_ENOUGH_DATA: 'not enough data',
     Reason.GAP_DETECTED: 'gap detected',

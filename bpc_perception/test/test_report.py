@@ -111,7 +111,8 @@ def test_nasty_names_stay_text(page):
 
 def test_page_says_the_numbers(page):
     text = Elements(page).text
-    for words in ('2.000 mm', 'flow x 1.08, or else speed x 0.93: the filament is too thin',
+    for words in ('2.000 mm',
+                  'flow x 1.08, or else speed x 0.93: what is laid now comes out too thin',
                   '100.0 %', '1, together 1.0 mm', 'no <deposit>',
                   'advice.dead_band', 'cell.calib', '1970-01-01 00:00:01.000 UTC'):
         assert words in text

@@ -91,7 +91,7 @@ def test_a_print_is_shown(stage: Stage) -> None:
     assert advice is not None
     assert stage.text('.print') == profile.print_id
     assert stage.text('.headline') == f'flow × {advice.flow_rate_scale:.2f}'
-    assert stage.text('.reason') == 'the filament is too thick'
+    assert stage.text('.reason') == 'what is laid now comes out too thick'
     assert f'{profile.summary.thickness_mean * 1e3:.2f}' in stage.text('.area-numbers')
     assert stage.text('.area-events').count('gap of') == 3
     stage.wait(lambda: stage.text('.age').endswith('s old'))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import re
 import signal
 import time
 
@@ -25,7 +26,8 @@ from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 
 QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
-WARNINGS = 100  # shown at most
+WARNINGS = 100  # kinds that are kept at most, the newest
+AGAIN = 60.0  # after so long without it a warning is shown again [s]
 DISCOVERY = 0.6  # in which another process's publishers are found, with a margin [s]
 
 
@@ -36,7 +38,8 @@ class Monitor:
         node: that listens.
         profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
             all of them.
-        warnings: the distinct warnings in the diagnostics, as far as they are shown.
+        warnings: those in the diagnostics, the last of each kind; of one kind are those that
+            differ in numbers only.
     """
 
     def __init__(self, node: Node, executor: SingleThreadedExecutor, terminal: Terminal,
@@ -49,12 +52,17 @@ class Monitor:
         self._shown: tuple[int, float] | None = None  # stamp, when it came [s]
         self.profiles: dict[int, ThicknessProfile] = {}
         self.advice: dict[int, RateAdvice] = {}
-        self.warnings: list[str] = []
+        self._warnings: dict[str, tuple[str, float]] = {}  # by kind: text, when it came [s]
         self._interrupted = False
         node.create_subscription(
             ThicknessProfileMsg, topics.PROFILE, self._on_profile, topics.RESULT_QOS)
         node.create_subscription(RateAdviceMsg, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+
+    @property
+    def warnings(self) -> list[str]:
+        """See the class."""
+        return [text for text, _ in self._warnings.values()]
 
     def interrupt(self, *_: object) -> None:
         """End spinning with KeyboardInterrupt, now or when it begins."""
@@ -122,10 +130,15 @@ class Monitor:
         for status in message.status:
             text = f'{status.name}: {status.message}'
             # What is stale has not been heard of yet, or is busy.
-            if (status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
-                    and text not in self.warnings and len(self.warnings) < WARNINGS):
-                self.warnings.append(text)
+            if status.level not in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
+                continue
+            kind, now = re.sub(r'[-+]?[\d.]+', '', text), time.monotonic()
+            _, before = self._warnings.pop(kind, ('', -AGAIN))
+            self._warnings[kind] = text, now
+            if now - before >= AGAIN:
                 self._terminal.tell('diagnostic', f'  {text}', text=text)
+            if len(self._warnings) > WARNINGS:
+                del self._warnings[next(iter(self._warnings))]
 
 
 @contextmanager
