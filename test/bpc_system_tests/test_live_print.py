@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+import re
 import time
 
 from bpc_perception.cli.processes import Nodes
@@ -19,6 +20,7 @@ import yaml
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception import topics
 
+from .command_line import ROOT
 from .ros_graph import Listener, listening, own_domain, start_delay
 from .truth_of_prints import compare, expect_the_truth, pixel_size
 
@@ -38,6 +40,7 @@ class LivePrint:
         start_ns, end_ns: of the job, by the clock of the nodes.
         order: topics of all messages in the order in which they came.
         profiles, advice: up to a capture of the complete print.
+        published: names of all topics that anybody published.
         late_profiles: of a thickness node that was started after the print.
     """
 
@@ -46,6 +49,7 @@ class LivePrint:
     order: list[str]
     profiles: list[ThicknessProfile]
     advice: list[RateAdvice]
+    published: set[str]
     late_profiles: list[ThicknessProfile]
 
 
@@ -61,13 +65,15 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LivePrint]:
             listener.wait(lambda: any(stamp(profile) > end_ns for profile in listener.profiles)
                           and len(listener.advice) == len(listener.profiles), nodes)
             measuring.check()
+            published = {name for name, _ in listener.node.get_topic_names_and_types()
+                         if listener.node.count_publishers(name)}
         order, profiles = listener.order.copy(), listener.profiles.copy()
         with Nodes(settings) as measuring:
             measuring.start('bpc_perception.nodes.thickness', hand_eye_file=str(calibration))
             listener.wait(lambda: len(listener.profiles) > len(profiles), nodes)
             measuring.check()
         yield LivePrint(start_ns, end_ns, order, profiles, listener.advice[:len(profiles)],
-                        listener.profiles[len(profiles):])
+                        published, listener.profiles[len(profiles):])
 
 
 def print_on(listener: Listener, nodes: Nodes, measuring: Nodes,
@@ -109,6 +115,16 @@ def test_profile_grows_with_each_capture(live: LivePrint) -> None:
     # As far as the nozzle had come at the stamp, but for the poses that smoothing waits for.
     laid = JOB.laid((np.array([stamp(each) for each in printing]) - live.start_ns) * 1e-9)
     assert reach == pytest.approx(laid, abs=0.15 * SPEED)
+
+
+@pytest.mark.parametrize(('file', 'frame'), [
+    ('rviz/bpc.rviz', r'Fixed Frame: (\w+)'), ('foxglove/bpc.json', r'"followTf": "(\w+)"')])
+def test_what_layouts_look_at_is_there(live: LivePrint, file: str, frame: str) -> None:
+    text = (ROOT / 'bpc_perception' / file).read_text(encoding='utf-8')
+    named = set(re.findall(r'(?:Value: |": ?"|")(/[a-z][a-z_/]*)\b', text))
+    assert f'/{topics.MARKERS}' in named
+    assert named <= live.published
+    assert set(re.findall(frame, text)) == {live.profiles[-1].header.frame_id}
 
 
 def test_advice_follows_each_profile(live: LivePrint) -> None:
@@ -155,5 +171,6 @@ def test_node_started_late_measures_the_same_print(live: LivePrint) -> None:
     last, late = live.profiles[-1], live.late_profiles[0]
     assert late.print_id == last.print_id
     assert late.arc_length[:len(last.arc_length)] == last.arc_length
-    assert late.capture == 0  # of this node's
+    # Counted by this node; its first may come before the listener has found it.
+    assert late.capture < last.capture
     expect_the_truth(compare(profile_from_message(late), JOB), pixel_size(JOB))
