@@ -10,9 +10,10 @@ from typing import Any
 from urllib.error import URLError
 from urllib.request import urlopen
 
-from bpc_perception.cli.page import free_port, TOKEN_VARIABLE
+from bpc_perception.cli.page import free_port
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.core.session import Result
+from bpc_perception.page import TOKEN_VARIABLE
 from bpc_perception.testing import Graph
 from selenium.common.exceptions import (
     ElementClickInterceptedException,

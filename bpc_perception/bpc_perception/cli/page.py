@@ -16,10 +16,7 @@ from bpc_perception.cli.monitor import Monitor
 from bpc_perception.cli.processes import NodeError, Nodes
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import PageConfig
-
-# As in nodes/page.py, which only those who have NiceGUI can import.
-TOKEN_VARIABLE = 'BPC_PAGE_TOKEN'
-HOST = '127.0.0.1'
+from bpc_perception.page import address_at, HOST, TOKEN_VARIABLE
 
 PageOption = Annotated[bool, typer.Option(
     '--page', help='Serve a page with picture, profile and advice on this computer.')]
@@ -41,7 +38,7 @@ def serving(page: bool, terminal: Terminal, remappings: Mapping[str, str] | None
     port = free_port(PageConfig().port)
     with Nodes(None, parameters, remappings) as nodes:
         nodes.start('bpc_perception.nodes.page', port=port)
-        address = f'http://{HOST}:{port}/?token={token}'
+        address = address_at(port, token)
         terminal.tell('page', f'page: {address}', address=address)
         yield
         try:

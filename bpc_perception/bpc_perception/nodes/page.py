@@ -30,10 +30,10 @@ from bpc_perception.nodes.goal_client import GoalClient
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
+from bpc_perception.page import TOKEN_VARIABLE
 from bpc_perception.page.board import Board, Goal, Level, overlay_of
 from bpc_perception.page.server import PageServer
 
-TOKEN_VARIABLE = 'BPC_PAGE_TOKEN'  # not a parameter: those anybody in the graph can read
 SERVICES = {'capture': 'capture', 'start': 'path_recorder/start', 'stop': 'path_recorder/stop',
             'save': 'path_recorder/save'}
 GOAL_PERIOD = 5.0  # in which the target, which may be set anew, is asked for [s]

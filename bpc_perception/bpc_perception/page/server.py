@@ -14,11 +14,11 @@ from fastapi import FastAPI, Request, Response
 from nicegui import Client, ui
 import uvicorn
 
+from bpc_perception.page import address_at, HOST
 from bpc_perception.page.board import Board
 from bpc_perception.page.guard import allows, Guard, tokens
 from bpc_perception.page.view import View
 
-HOST = '127.0.0.1'
 PATIENCE = 60.0  # for a browser that asked for the page to connect, and to answer [s]
 ACT_PATIENCE = 20.0  # for what a button does [s]
 END_PATIENCE = 1.0  # for browsers, when the server ends [s]
@@ -65,7 +65,7 @@ class PageServer:
     @property
     def address(self) -> str:
         """Where the page is, with its token."""
-        return address(self._socket.getsockname()[1], self._token)
+        return address_at(self._socket.getsockname()[1], self._token)
 
     def notify(self) -> None:
         """Show what is new on the board; from any thread."""
@@ -127,11 +127,6 @@ class PageServer:
                                           ACT_PATIENCE)
         except asyncio.TimeoutError:
             return False, f'no answer within {ACT_PATIENCE:.0f} s'
-
-
-def address(port: int, token: str) -> str:
-    """The address of a page that is served with a token."""
-    return f'http://{HOST}:{port}/?token={token}'
 
 
 # A bead along a path.
