@@ -8,6 +8,7 @@ lives [Fast DDS 2.14, src/cpp/utils/shared_memory and tools/fastdds/shm].
 
 from __future__ import annotations
 
+from collections.abc import Container
 from contextlib import suppress
 import fcntl
 import os
@@ -20,15 +21,28 @@ NAME = re.compile(r'(fastrtps_(?:[0-9a-f]{16}|port\d{1,5}))(_el|_sl)?')
 SETTLED = 2.0  # a younger file may be of a process that has not locked it yet [s]
 
 
-def clean(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> int:
-    """Remove what no living process uses; how many bytes."""
+def clean(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
+          among: Container[str] | None = None) -> int:
+    """Remove what no living process uses, of these names if any are given; how many bytes."""
     freed = 0
     for file in unused(folder, settled):
+        name = NAME.search(file.name)
+        if among is not None and (name is None or name[1] not in among):
+            continue
         with suppress(OSError):  # someone else was quicker
             size = file.stat().st_size
             file.unlink()
             freed += size
     return freed
+
+
+def used_by(pid: int) -> set[str]:
+    """Names of the segments and ports that a process has mapped; none if it has ended."""
+    try:
+        return {match[1] for match in NAME.finditer(
+            Path(f'/proc/{pid}/maps').read_text(errors='replace'))}
+    except OSError:
+        return set()
 
 
 def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> list[Path]:

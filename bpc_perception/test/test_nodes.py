@@ -898,6 +898,47 @@ def test_a_node_that_fails_says_so_and_takes_its_process_with_it(
     assert 'RuntimeError: the node has failed' in ended.stderr
 
 
+TOLD = """
+import os, signal, sys
+from bpc_perception.nodes.run import run
+import rclpy
+from rclpy.node import Node
+
+# As the command line does, in whose process a node may run.
+signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+class Told(Node):
+    def __init__(self):
+        super().__init__('told')
+        print('made', flush=True)
+        if sys.argv[2] == 'made':
+            os.kill(os.getpid(), int(sys.argv[1]))
+
+    def destroy_node(self):
+        print('completed', flush=True)
+        super().destroy_node()
+
+def init(*given, before=rclpy.init):
+    if sys.argv[2] == 'early':
+        os.kill(os.getpid(), int(sys.argv[1]))
+    before(*given)
+
+rclpy.init = init
+run(Told)
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(('moment', 'words'), [('early', ''), ('made', 'made\ncompleted\n')])
+def test_told_to_end_while_it_starts_a_node_leaves_nothing_half_made(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, moment: str,
+        words: str) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    ended = subprocess.run([sys.executable, '-c', TOLD, str(int(number)), moment],
+                           capture_output=True, text=True, timeout=60, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, words, '')
+
+
 def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> None:
     from bpc_perception.handeye import load_hand_eye
 

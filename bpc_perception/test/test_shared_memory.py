@@ -7,7 +7,7 @@ import mmap
 import os
 from pathlib import Path
 
-from bpc_perception.shared_memory import clean
+from bpc_perception.shared_memory import clean, used_by
 import pytest
 
 SEGMENT, PORT = 'fastrtps_0123456789abcdef', 'fastrtps_port7411'
@@ -49,6 +49,16 @@ def test_what_is_mapped_stays(tmp_path: Path) -> None:
         assert clean(tmp_path, settled=0) == 0
         assert all(file.exists() for file in files)
     assert clean(tmp_path, settled=0) == mmap.PAGESIZE
+
+
+def test_only_what_a_process_used_is_removed_after_it(tmp_path: Path) -> None:
+    mine, others = segment(tmp_path), segment(tmp_path, PORT)
+    with mine[0].open('r+b') as stream, mmap.mmap(stream.fileno(), 0):
+        left = used_by(os.getpid())
+        assert left == {SEGMENT}
+    assert clean(tmp_path, settled=0, among=left) == mmap.PAGESIZE
+    assert sorted(tmp_path.iterdir()) == sorted(others)
+    assert used_by(2**22 + 1) == set()  # beyond the largest process id
 
 
 def test_what_is_young_stays(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ pytest.importorskip('rclpy')
 from bpc_perception.cli import supervision
 from bpc_perception.cli.processes import NodeError, Nodes
 from bpc_perception.cli.supervision import Supervisor
+from bpc_perception.shared_memory import SHARED_MEMORY, used_by
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
@@ -43,8 +44,11 @@ while True:
     'dies': "raise SystemExit('the last words')",
     'refuses': "import sys\nprint('what is wrong')\nsys.exit(2)",
     'lingers': """
-import os, signal, time
+import mmap, os, signal, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
+with open(f'/dev/shm/fastrtps_{os.getpid():016x}', 'w+b') as file:  # as Fast DDS does
+    file.truncate(mmap.PAGESIZE)
+    kept = mmap.mmap(file.fileno(), mmap.PAGESIZE)
 os.write(int(os.environ['BPC_HEARTBEAT']), b'lingers\\n')
 time.sleep(60)
 """,
@@ -131,7 +135,9 @@ def test_who_does_not_end_is_killed_together_with_the_others(
     suite.until(lambda: suite.level('lives') == DiagnosticStatus.OK
                 and suite.nodes._beats['lingers'])
     pids = [suite.nodes.pid(name) for name in ('lives', 'lingers')]
+    name, = used_by(pids[1])
     suite.nodes.__exit__(None, None, None)
+    assert not (SHARED_MEMORY / name).exists()
     assert [suite.nodes.status(name) for name in ('lives', 'lingers')] == [
         -signal.SIGTERM, -signal.SIGKILL]
     assert not any(Path(f'/proc/{pid}').exists() for pid in pids)

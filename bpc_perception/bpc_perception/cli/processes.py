@@ -140,13 +140,17 @@ class Nodes:
             if process.poll() is None:
                 process.terminate()  # unlike SIGINT also silent while it still loads
         end = time.monotonic() + END_PATIENCE
+        left: set[str] = set()
         for name, process in reversed(self._processes.items()):
             try:
                 process.wait(max(end - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
+                left |= shared_memory.used_by(process.pid)
                 process.kill()
                 process.wait()
             self._close_pipe(name)
+        if left:
+            shared_memory.clean(settled=0.0, among=left)
         if error is None or kind is KeyboardInterrupt:
             for log in self._log_files.values():
                 log.unlink(missing_ok=True)

@@ -59,10 +59,13 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
     pipe = open_heartbeat()
     # At a signal rclpy ends the spinning. Python would raise KeyboardInterrupt besides, in the
     # middle of anything, and the process aborts where that is C++ which takes no exceptions.
-    signal.signal(signal.SIGINT, lambda *_: None)
+    told: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: told.append(number))
     rclpy.init()
     try:
-        _spin(make_node, fast_streams, pipe)
+        if not told:  # before rclpy listened to it
+            _spin(make_node, fast_streams, pipe)
     except ExternalShutdownException:
         pass
     finally:
@@ -104,10 +107,12 @@ def _spin_one(node: Node, failures: list[Exception], pipe: int | None,
     """Spin in a thread; all end when this one does."""
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
     kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
-    executor = kind()
-    executor.add_node(node)
     heart = Heartbeat(pipe, node.get_name())
+    if not rclpy.ok():  # told to end while the node was made
+        return
     try:
+        executor = kind()
+        executor.add_node(node)
         # Not spin(): that of the events executor never sleeps.
         while rclpy.ok():
             executor.spin_once(timeout_sec=0.1)
