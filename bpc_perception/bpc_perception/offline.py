@@ -8,7 +8,7 @@ import logging
 import numpy as np
 
 from bpc_perception import topics
-from bpc_perception.bag import Bag
+from bpc_perception.bag import Bag, BagError
 from bpc_perception.capture_pairing import CapturePairer
 from bpc_perception.conversions import (
     ConversionError,
@@ -20,7 +20,7 @@ from bpc_perception.core.geometry import transform
 from bpc_perception.core.path_assembly import JumpError, PrintTracker
 from bpc_perception.core.session import HandEye, Result, Session
 from bpc_perception.flange_poses import FlangePoses
-from bpc_perception.recording import find_topic, find_topics
+from bpc_perception.recording import find_topic, find_topics, is_recorded
 
 logger = logging.getLogger(__name__)
 
@@ -32,17 +32,19 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
     The path is assembled from the recorded poses and extruder states; a recording that has no
     poses but the assembled path is measured along that.
 
-    Raises BagError when a topic that is needed is missing.
+    Raises BagError when a topic that is needed is missing or empty.
     """
     names = find_topics(bag, topics.CAMERA)
     poses = FlangePoses(recorder.pose, recorder.base_frame)
-    assembled = not any(topic.endswith(poses.topic) for topic in bag.topics) and any(
-        topic.endswith(topics.PATH) for topic in bag.topics)
+    assembled = not is_recorded(bag, poses.topic, poses.message_class) and is_recorded(
+        bag, topics.PATH, topics.RESULTS[topics.PATH])
     if assembled:
         names[find_topic(bag, topics.PATH, topics.RESULTS[topics.PATH])] = topics.PATH
     else:
         names |= find_topics(bag, {poses.topic: poses.message_class,
                                    topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]})
+    if silent := [topic for topic in names if bag.count(topic) == 0]:
+        raise BagError(f'{bag.path}: expected messages on {" and ".join(silent)}, found none')
     tip = np.array(recorder.nozzle_offset)
     tracker, pairer, session = PrintTracker(recorder.path), CapturePairer(), Session(
         config, hand_eye)

@@ -6,38 +6,76 @@ from collections.abc import Iterator
 import logging
 from typing import Any
 
+from geometry_msgs.msg import Pose, PoseStamped
 import numpy as np
 from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
 
+from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception import topics
-from bpc_perception.bag import Bag, BagError
+from bpc_perception.bag import Bag, BagError, message_type
 from bpc_perception.capture_pairing import CapturePairer
 from bpc_perception.conversions import ConversionError
 from bpc_perception.core.capture import Capture
 from bpc_perception.core.config import PoseConfig
 from bpc_perception.core.geometry import Array
-from bpc_perception.flange_poses import FlangePoses
+from bpc_perception.flange_poses import FlangePoses, LBR_STATE_TYPE
 
 logger = logging.getLogger(__name__)
 
+# Of what is of such a type there is one thing only.
+PLAIN_TYPES = {LBR_STATE_TYPE, *map(topics.type_name, (ExtrusionState, DepositionPath))}
+
+
+def topics_named(bag: Bag, name: str, message_class: Any) -> list[str]:
+    """The recorded topics of this relative name and type, whatever their namespace.
+
+    A type that says by itself what it is about is enough where the name is another one, as that
+    of the LBR stack is.
+    """
+    kind = topics.type_name(message_class)
+    of_kind = [topic for topic, recorded in bag.topics.items() if recorded == kind]
+    named = [topic for topic in of_kind if f'/{topic.lstrip("/")}'.endswith(f'/{name}')]
+    return named or (of_kind if kind in PLAIN_TYPES else [])
+
 
 def find_topic(bag: Bag, name: str, message_class: Any) -> str:
-    """The recorded topic of this relative name and type, whatever its namespace.
+    """The recorded topic of this relative name and type; see topics_named.
 
     Raises BagError when there is none or more than one.
     """
-    kind = topics.type_name(message_class)
-    found = [topic for topic, recorded in bag.topics.items()
-             if recorded == kind and f'/{topic.lstrip("/")}'.endswith(f'/{name}')]
+    found = topics_named(bag, name, message_class)
     if len(found) != 1:
-        raise BagError(f'{bag.path}: expected one topic {name} ({kind}), found '
+        raise BagError(f'{bag.path}: expected one topic {name} '
+                       f'({topics.type_name(message_class)}), found '
                        f'{" and ".join(found) or "none among " + ", ".join(sorted(bag.topics))}')
     return found[0]
+
+
+def is_recorded(bag: Bag, name: str, message_class: Any) -> bool:
+    """Whether there is such a topic, and messages of it as far as the recording says so."""
+    return any(bag.count(topic) != 0 for topic in topics_named(bag, name, message_class))
 
 
 def find_topics(bag: Bag, wanted: dict[str, Any]) -> dict[str, str]:
     """The recorded topic of each relative name: recorded name to relative name."""
     return {find_topic(bag, name, kind): name for name, kind in wanted.items()}
+
+
+def pose_topics(bag: Bag) -> dict[str, Any]:
+    """Relative names and types of all that a recording has of the robot's poses.
+
+    Raises BagError where that is but a type that is not installed.
+    """
+    sources = ((topics.POSE, PoseStamped), (topics.POSE, Pose), (topics.JOINTS, JointState))
+    found = {name: kind for name, kind in sources if is_recorded(bag, name, kind)}
+    if LBR_STATE_TYPE in bag.topics.values():
+        try:
+            found[topics.LBR_STATE] = message_type(LBR_STATE_TYPE)
+        except BagError:
+            if not found:
+                raise
+    return found
 
 
 def flange_poses(bag: Bag, config: PoseConfig, base_frame: str) -> tuple[NDArray[np.int64], Array]:

@@ -24,8 +24,14 @@ from bpc_perception.conversions import (  # noqa: E402
     path_to_message,
     profile_to_message,
 )
-from bpc_perception.recording import captures, find_topic, find_topics  # noqa: E402
-from geometry_msgs.msg import PointStamped  # noqa: E402
+from bpc_perception.recording import (  # noqa: E402
+    captures,
+    find_topic,
+    find_topics,
+    is_recorded,
+    pose_topics,
+)
+from geometry_msgs.msg import PointStamped, Pose, PoseStamped  # noqa: E402
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
@@ -475,6 +481,43 @@ def test_a_topic_is_found_by_its_relative_name(tmp_path: Path, topic: str) -> No
     opened = Bag(tmp_path / 'bag')
     assert find_topic(opened, topics.EXTRUSION, ExtrusionState) == topic
     assert find_topics(opened, {topics.EXTRUSION: ExtrusionState}) == {topic: topics.EXTRUSION}
+
+
+def test_a_type_that_has_one_meaning_is_found_by_any_name(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/plunger/state', 'bpc_interfaces/msg/ExtrusionState')
+        writer.add_topic('/tool', 'geometry_msgs/msg/PoseStamped')
+    opened = Bag(tmp_path / 'bag')
+    assert find_topic(opened, topics.EXTRUSION, ExtrusionState) == '/plunger/state'
+    with pytest.raises(BagError, match='expected one topic end_effector_pose'):
+        find_topic(opened, topics.POSE, PoseStamped)
+
+
+def test_a_topic_without_messages_is_not_recorded(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/extrusion_state', 'bpc_interfaces/msg/ExtrusionState')
+    assert not is_recorded(Bag(tmp_path / 'bag'), topics.EXTRUSION, ExtrusionState)
+    with BagWriter(tmp_path / 'other') as writer:
+        writer.add_topic('/extrusion_state', 'bpc_interfaces/msg/ExtrusionState')
+        writer.write('/extrusion_state', 1, ExtrusionState())
+    assert is_recorded(Bag(tmp_path / 'other'), topics.EXTRUSION, ExtrusionState)
+    assert not is_recorded(Bag(tmp_path / 'other'), topics.POSE, PoseStamped)
+
+
+def test_all_that_was_recorded_of_the_poses_is_found(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, 'lbr_fri_idl', None)
+    monkeypatch.setitem(sys.modules, 'lbr_fri_idl.msg', None)
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/end_effector_pose', 'geometry_msgs/msg/Pose')
+        writer.add_topic('/lbr/joint_states', 'sensor_msgs/msg/JointState')
+        writer.add_topic('/lbr/state', 'lbr_fri_idl/msg/LBRState', b'float64 sample_time')
+        writer.write('/end_effector_pose', 1, Pose())
+    assert pose_topics(Bag(tmp_path / 'bag')) == {topics.POSE: Pose}
+    with BagWriter(tmp_path / 'lbr') as writer:
+        writer.add_topic('/lbr/state', 'lbr_fri_idl/msg/LBRState', b'float64 sample_time')
+    with pytest.raises(BagError, match='expected one that is installed, found lbr_fri_idl'):
+        pose_topics(Bag(tmp_path / 'lbr'))
 
 
 def test_a_topic_of_another_type_does_not_count(tmp_path: Path) -> None:

@@ -7,20 +7,17 @@ the longest that the browser drew nothing. Where others use the computer, only t
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 import time
 
-from bpc_perception.core.profile import ThicknessProfile
-from bpc_perception.core.session import Result
 from bpc_sim.benchmarks.printer import cpu_time
 import numpy as np
 
 from .browser import browsing
 from .page_stage import Stage, staged
+from .sample_print import CAPTURES, long_print
 
-LENGTH, STEP = 2.0, 2e-4  # of the path, between its samples [m]
-CAPTURES, PERIOD = 200, 0.2  # [s]
+PERIOD = 0.2  # [s]
 WATCH = """
 window.seen = {}; window.longest = 0; let last = performance.now();
 const shown = () => document.querySelector('.capture').innerText.split(',')[0];
@@ -31,17 +28,6 @@ new MutationObserver(() => { window.seen[shown()] ??= Date.now(); })
   window.longest = Math.max(window.longest, now - last); last = now;
   requestAnimationFrame(frame); })();
 """
-
-
-def long_print(profile: ThicknessProfile, capture: int) -> ThicknessProfile:
-    """The profile of a print that goes round in the sample print again and again."""
-    count = round(LENGTH / STEP * (capture + 1) / CAPTURES)
-    again = np.arange(count) % len(profile)
-    arrays = {name: getattr(profile, name)[again] for name in (
-        'points', 'extruding', 'status', 'thickness', 'sigma', 'left', 'right', 'left_points',
-        'right_points')}
-    return replace(profile, capture=capture, arc_length=np.arange(count) * STEP,
-                   time=np.arange(count) * 0.01, **arrays)
 
 
 def descendants(pid: int) -> list[int]:
@@ -68,12 +54,9 @@ def publish_all(stage: Stage, name: str) -> dict[str, int]:
     """Publish the print, tell what processor time it takes; when each was published [ms]."""
     before = used(stage)
     sent: dict[str, int] = {}
-    last: Result = stage.results[-1]
-    assert last.profile is not None
     for capture in range(CAPTURES):
         due = time.monotonic() + PERIOD
-        result = replace(last, profile=long_print(last.profile, capture))
-        stage.printer.publish(result)
+        stage.printer.publish(long_print(stage.results[-1], capture))
         sent[f'capture {capture}'] = time.time_ns() // 10**6
         stage.graph.executor.spin_once(timeout_sec=0)
         time.sleep(max(0.0, due - time.monotonic()))

@@ -15,7 +15,9 @@ from bpc_perception.offline import measure_bag
 from bpc_perception.parameter_files import configure
 from bpc_perception.testing import Graph
 from bpc_perception.view_messages import overlay_message
+import cv2
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import numpy as np
 from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
@@ -27,6 +29,8 @@ from bpc_perception import topics
 
 from .command_line import SAMPLE
 
+LENGTH, STEP = 2.0, 2e-4  # of the path of a long print, between its samples [m]
+CAPTURES = 200  # of a long print
 LIFETIME_NS = 60 * 10**9  # of advice, so that it holds however slow the machine is
 
 
@@ -40,6 +44,33 @@ def sample_results() -> list[Result]:
     return list(measure_bag(
         Bag(SAMPLE), load_hand_eye(SAMPLE / 'hand_eye.calib'), settings(),
         configure(RecorderConfig(), 'path_recorder', SAMPLE / 'params.yaml')))
+
+
+def long_print(result: Result, capture: int) -> Result:
+    """A capture of a print of LENGTH that goes round in this result's path again and again."""
+    profile = result.profile
+    assert profile is not None
+    count = round(LENGTH / STEP * (capture + 1) / CAPTURES)
+    again = np.arange(count) % len(profile)
+    arrays = {name: getattr(profile, name)[again] for name in (
+        'points', 'extruding', 'status', 'thickness', 'sigma', 'left', 'right', 'left_points',
+        'right_points')}
+    return replace(result, profile=replace(
+        profile, capture=capture, arc_length=np.arange(count) * STEP,
+        time=np.arange(count) * 0.01, **arrays))
+
+
+def enlarged(result: Result, factor: int) -> Result:
+    """The same as a camera with so many times the pixels sees it."""
+    capture = result.capture
+    # Pixel centres have integer coordinates.
+    K = np.diag((factor, factor, 1.0)) @ capture.camera.K
+    K[:2, 2] += (factor - 1) / 2
+    camera = replace(capture.camera, K=K, width=factor * capture.camera.width,
+                     height=factor * capture.camera.height)
+    image, points = (np.asarray(cv2.resize(field, (camera.width, camera.height)), field.dtype)
+                     for field in (capture.image, capture.points))
+    return replace(result, capture=replace(capture, image=image, points=points, camera=camera))
 
 
 class Printer:

@@ -49,7 +49,7 @@ NODES = {
         (*POSES, topics.EXTRUSION), tuple(f'~/{name}' for name in SERVICES)),
     'extruder_bridge': Interface(
         (topics.EXTRUSION, '/diagnostics'), (topics.PLUNGER, topics.EXTRUDING)),
-    'bag_recorder': Interface(('/diagnostics',), RECORDED),
+    'bag_recorder': Interface(('/diagnostics',), (*RECORDED, topics.LBR_STATE)),
     'robot': Interface(POSES),
     'print_controller': Interface((), (topics.ADVICE,)),
     'page': Interface((), (topics.PROFILE, topics.ADVICE, topics.OVERLAY, '/diagnostics'), (), (

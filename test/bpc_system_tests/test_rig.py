@@ -16,24 +16,29 @@ from pathlib import Path
 import signal
 import subprocess
 import time
+from types import SimpleNamespace
+from typing import Any
 
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.conversions import profile_from_message, stamp_to_ns
 from bpc_perception.core.config import BASE, FLANGE
+from bpc_perception.core.profile import Status
 from bpc_perception.core.session import HandEye
 from bpc_perception.handeye import save_hand_eye
 from bpc_sim.extruder_double import TicDouble, Wire
 from bpc_sim.print_job import SYRINGE_BORE
 from bpc_sim.scenarios import SCENARIOS
+import numpy as np
 import pytest
 import yaml
 
 from bpc_sim import rig as doubles
 
-from .command_line import command
+from .command_line import command, PATIENCE, succeed
+from .command_line import running as running_command
 from .lbr_messages import lbr_messages
 from .ros_graph import Listener, listening, own_domain
-from .truth_of_prints import compare, expect_the_truth, pixel_size
+from .truth_of_prints import compare, expect_the_truth, MM, pixel_size
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 SCENARIO, SPEED = 'line', 0.01  # 50 mm in 5 s
@@ -53,15 +58,22 @@ class Running:
     nodes: Nodes
     wire: Wire
     plug: Path
+    recorder: subprocess.Popen[str]
+    recording: Path
+
+
+def cell(folder: Path) -> list[object]:
+    """The options that tell a command of this printer."""
+    return ['--handeye', folder / 'cell.calib', '--params', folder / 'cell.yaml',
+            *(item for topic, other in REMAPPED.items()
+              for item in ('--remap', f'{topic}:={other}'))]
 
 
 @contextmanager
 def bpc_live(folder: Path) -> Iterator[None]:
     """``bpc live`` with what is in the folder; it ends with the block, and in good order."""
     live = subprocess.Popen(
-        command('live', '--handeye', folder / 'cell.calib', '--params', folder / 'cell.yaml',
-                *(item for topic, other in REMAPPED.items()
-                  for item in ('--remap', f'{topic}:={other}'))),
+        command('live', *cell(folder)),
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield
@@ -129,11 +141,12 @@ def running(request: pytest.FixtureRequest,
         'PYTHONPATH', os.environ.get('PYTHONPATH', ''))))
     with own_domain() as domain, listening(domain) as listener, environment(**variables), \
             Wire(TicDouble(motion), folder / 'ttyACM0', lines=False) as wire, \
-            Nodes(folder / 'cell.yaml', remappings=REMAPPED) as nodes, bpc_live(folder):
+            Nodes(folder / 'cell.yaml', remappings=REMAPPED) as nodes, bpc_live(folder), \
+            running_command('record', '--out', folder / 'print', *cell(folder)) as recorder:
         nodes.start('bpc_perception.nodes.extruder_bridge')
-        expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge')
+        expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge', 'bag_recorder')
         start_ns = set_going(listener, nodes)
-        yield Running(rig, start_ns, listener, nodes, wire, plug)
+        yield Running(rig, start_ns, listener, nodes, wire, plug, recorder, folder / 'print')
 
 
 def set_going(listener: Listener, nodes: Nodes) -> int:
@@ -192,6 +205,25 @@ def test_the_print_is_measured_as_it_is(running: Running) -> None:
     assert sum(1.0 < t < rig.job.end_of_path for t in taken) >= 2
     flow_rate = max(listener.heard['deposition_path'][-1].flow_rate)
     assert flow_rate == pytest.approx(float(rig.job.flow_rate(2.0)), rel=0.01)
+
+
+def test_its_recording_is_measured_without_further_files(running: Running) -> None:
+    """Poses of this robot, calibration and parameters are all in it."""
+    running.recorder.send_signal(signal.SIGINT)
+    _, complaints = running.recorder.communicate(timeout=PATIENCE)
+    assert running.recorder.returncode == 0
+    assert 'expected' not in complaints
+    out = running.recording.with_name('results')
+    succeed('measure', running.recording, '--out', out)
+    table = np.genfromtxt(out / 'profile.csv', delimiter=',', names=True, dtype=None,
+                          encoding='utf-8')
+    found: Any = SimpleNamespace(
+        points=np.stack([table[f'{axis}_mm'] for axis in 'xyz'], axis=1) * MM,
+        thickness=table['thickness_mm'] * MM,
+        status=np.array([Status[name] for name in table['status']]))
+    compared = compare(found, running.rig.seen_by_camera(stamps(running)[-1]))
+    assert compared.s.max() > running.rig.job.length - 1e-3
+    expect_the_truth(compared, pixel_size(running.rig.job))
 
 
 def test_a_camera_that_was_unplugged_measures_again(running: Running) -> None:

@@ -88,7 +88,7 @@ class Monitor:
     def expect_no_other_printer(self) -> None:
         """Refuse to play a printer where one is: ours would mix with its poses."""
         self.spin_until(lambda: False, DISCOVERY)
-        for name in topics.PRINT | topics.ROBOT | topics.CAMERA:
+        for name in (topics.EXTRUSION, *topics.POSES, *topics.CAMERA):
             count = self.publishers(name)
             if count:
                 raise ValueError(f'{name}: expected no publisher before the start, found {count}; '

@@ -11,8 +11,12 @@ from typing import Annotated
 import typer
 
 from bpc_perception import topics
+from bpc_perception.cli.inputs import HAND_EYE, PARAMETERS
 from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.terminal import Terminal
+from bpc_perception.core.config import flatten, RecorderConfig
+from bpc_perception.handeye import load_hand_eye
+from bpc_perception.parameter_files import configure
 
 MB = 1e6  # [bytes]
 
@@ -42,17 +46,33 @@ class Recording:
 
 def record(
     out: Annotated[Path, typer.Option('--out', metavar='BAG', help='New rosbag2 folder.')],
+    hand_eye: Annotated[Path | None, typer.Option(
+        '--handeye', metavar='FILE',
+        help='Hand-eye calibration, kept with the recording.')] = None,
+    parameters: Annotated[Path | None, typer.Option(
+        '--params', metavar='FILE', help='ROS parameter file, kept with the recording; '
+        'its pose.source says where the poses come from.')] = None,
     remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
     """Record the suite's topics until Ctrl-C.
 
-    What was recorded is readable even if the recorder is killed.
+    What was recorded is readable even if the recorder is killed. With calibration and parameters
+    beside it, it is measured without naming them again.
     """
     terminal = Terminal(quiet, json_lines)
     if out.exists():
         raise ValueError(f'{out}: expected a new bag, found that it exists')
+    beside = {}
+    if hand_eye is not None:
+        load_hand_eye(hand_eye)
+        beside[HAND_EYE] = hand_eye.read_bytes()
+    pose = configure(RecorderConfig(), 'path_recorder', parameters).pose
+    if parameters is not None:
+        beside[PARAMETERS] = parameters.read_bytes()
+    settings = [part for name, _, value in flatten(pose)
+                for part in ('-p', f'pose.{name}:={value}')]
     rules = [part for topic, other in remappings(remap).items()
              for part in ('-r', f'{topic}:={other}')]
     # Imported late: only this command needs ROS set up in this process.
@@ -60,8 +80,8 @@ def record(
 
     level = ['--log-level', 'warn'] if quiet or json_lines else []
     sys.argv = [sys.argv[0], '--ros-args', '--disable-external-lib-logs', '-p', f'bag:={out}',
-                *rules, *level]
+                *settings, *rules, *level]
     with terminal.view():
-        bag_recorder.main(Recording(terminal, out).told if terminal.lively else None)
+        bag_recorder.main(Recording(terminal, out).told if terminal.lively else None, beside)
     if json_lines:
         terminal.files([out])

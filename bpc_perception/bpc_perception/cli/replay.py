@@ -34,7 +34,7 @@ from bpc_perception.recording import captures
 
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
 LOSSLESS = {f'qos_overrides./{topic}.subscription.reliability': 'reliable'
-            for topic in topics.ROBOT}
+            for topic in topics.POSES}
 # Robot and extruder of a recording end with it, which is no fault.
 UNWATCHED = {'watch.warn_after': 0.0}
 PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]

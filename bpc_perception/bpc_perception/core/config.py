@@ -338,6 +338,7 @@ class BagRecorderConfig(Config):
     """All of the bag recorder."""
 
     bag: Annotated[str, Parameter('Folder of the new recording', read_only=True)] = 'recording'
+    pose: PoseConfig = field(default_factory=PoseConfig)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from bpc_perception.nodes.clock import steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
-from bpc_perception.recording import find_topics
+from bpc_perception.recording import find_topics, pose_topics
 
 CLOCK_PERIOD = 0.01  # [s]
 # When the machine is busy the clock goes slower: a burst of poses would overflow queues [s].
@@ -37,11 +37,8 @@ class BagPlayerNode(Node):
         super().__init__('bag_player', **kwargs)
         self._config = NodeConfig(self, PlayerConfig()).value
         self._bag = Bag(self._config.bag)
-        # Of the sources of poses those that were recorded.
-        robot = {name: kind for name, kind in topics.ROBOT.items()
-                 if any(topic.endswith(name) for topic in self._bag.topics)}
-        played = topics.PRINT | robot if topics.POSE in robot or not robot else {
-            **robot, topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]}
+        robot = pose_topics(self._bag) or {topics.POSE: topics.ROBOT[topics.POSE]}
+        played = robot | {topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]}
         self._names = find_topics(self._bag, played)
         self._span = self._bag.span()
         self._publishers_of = {name: self.create_publisher(kind, name, topics.EXTRUSION_QOS)

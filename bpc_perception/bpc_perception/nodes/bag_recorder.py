@@ -2,41 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
+import time
 from typing import Any
 
+import numpy as np
 from rclpy.node import Node
 
 from bpc_perception import topics
 from bpc_perception.bag import BagWriter
 from bpc_perception.core.config import BagRecorderConfig
+from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.nodes.clock import steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
 from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
 
 FLUSH_PERIOD = 0.1  # what a killed recorder loses, and what it had not yet taken in [s]
+# From a capture until what has not been heard beside it is missed [s].
+PATIENCE = 3.0
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
-       topics.EXTRUSION: topics.EXTRUSION_QOS,
+       topics.LBR_STATE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
        topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS}
 
 
 class BagRecorderNode(Node):
     """Writes each message, still serialized, at the time it came.
 
-    ``told``, if any, is told the messages by topic and the size of the file after each flush.
+    ``told``, if any, is told the messages by topic and the size of the file after each flush;
+    ``beside`` are further files of the recording, name to content.
     """
 
     def __init__(self, told: Callable[[dict[str, int], int], None] | None = None,
-                 **kwargs: Any) -> None:
+                 beside: Mapping[str, bytes] | None = None, **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
         config = NodeConfig(self, BagRecorderConfig()).value
         self._failure = ''
         self._told = told
         self._diagnostics = Diagnostics(self)
         recorded = {}
-        for name, kind in (topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS).items():
+        wanted = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
+        poses = FlangePoses(config.pose, '')
+        if config.pose.source != 'tf':  # of which a recording has the path
+            wanted[poses.topic] = poses.message_class
+        # What a recording is measured from beside its captures.
+        self._first_capture = np.inf  # [s], steady
+        self._camera = self.resolve_topic_name(topics.IMAGE)
+        self._needed = {self.resolve_topic_name(name)
+                        for name in (poses.topic, topics.EXTRUSION) if name in wanted}
+        for name, kind in wanted.items():
             qos = QOS.get(name, topics.CAMERA_QOS if name in topics.CAMERA else topics.RESULT_QOS)
             full = self.resolve_topic_name(name)
             recorded[full] = topics.type_name(kind)
@@ -47,6 +62,8 @@ class BagRecorderNode(Node):
         try:
             for full, type_name in recorded.items():
                 self._bag.add_topic(full, type_name)
+            for name, content in (beside or {}).items():
+                (self._bag.path / name).write_bytes(content)
         except BaseException:
             self._bag.close()
             raise
@@ -62,6 +79,9 @@ class BagRecorderNode(Node):
             self._diagnostics.refuse(self._failure)  # each message that is lost is counted
         else:
             self._diagnostics.count(topic)
+        self._needed.discard(topic)
+        if topic == self._camera:
+            self._first_capture = min(self._first_capture, time.monotonic())
 
     def _flush(self) -> None:
         try:
@@ -73,6 +93,11 @@ class BagRecorderNode(Node):
             self._diagnostics.warn(self._failure)
         elif self._told is not None:
             self._told(*self._bag.written)
+        if self._needed and time.monotonic() > self._first_capture + PATIENCE:
+            self._diagnostics.warn(
+                f'{" and ".join(sorted(self._needed))}: expected messages beside the captures, '
+                'found none; without them the recording cannot be measured')
+            self._needed.clear()
 
     def _fail(self, error: OSError) -> None:
         """Record no more, but stay, to say so: what is on disk is readable as it is."""
@@ -87,10 +112,11 @@ class BagRecorderNode(Node):
             super().destroy_node()
 
 
-def main(told: Callable[[dict[str, int], int], None] | None = None) -> None:
+def main(told: Callable[[dict[str, int], int], None] | None = None,
+         beside: Mapping[str, bytes] | None = None) -> None:
     """Run the node."""
     def bag_recorder() -> BagRecorderNode:
-        return BagRecorderNode(told)
+        return BagRecorderNode(told, beside)
 
     run(bag_recorder, carries_captures=True, fast_streams=True)
 
