@@ -43,7 +43,9 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
     else:
         names |= find_topics(bag, {poses.topic: poses.message_class,
                                    topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]})
-    if silent := [topic for topic in names if bag.count(topic) == 0]:
+    silent = [topic for topic, name in names.items()
+              if name not in topics.CAMERA and bag.count(topic) == 0]
+    if silent:
         raise BagError(f'{bag.path}: expected messages on {" and ".join(silent)}, found none')
     tip = np.array(recorder.nozzle_offset)
     tracker, pairer, session = PrintTracker(recorder.path), CapturePairer(), Session(

@@ -24,6 +24,9 @@ from bpc_perception.conversions import (  # noqa: E402
     path_to_message,
     profile_to_message,
 )
+from bpc_perception.core.config import RecorderConfig, ThicknessConfig  # noqa: E402
+from bpc_perception.core.session import HandEye  # noqa: E402
+from bpc_perception.offline import measure_bag  # noqa: E402
 from bpc_perception.recording import (  # noqa: E402
     captures,
     find_topic,
@@ -518,6 +521,16 @@ def test_all_that_was_recorded_of_the_poses_is_found(
         writer.add_topic('/lbr/state', 'lbr_fri_idl/msg/LBRState', b'float64 sample_time')
     with pytest.raises(BagError, match='expected one that is installed, found lbr_fri_idl'):
         pose_topics(Bag(tmp_path / 'lbr'))
+
+
+def test_what_was_to_be_recorded_but_was_not_is_named(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / 'bag') as writer:
+        for name, kind in (topics.CAMERA | topics.PRINT).items():
+            writer.add_topic(f'/{name}', topics.type_name(kind))
+    with pytest.raises(BagError, match='expected messages on /end_effector_pose and '
+                                       '/extrusion_state, found none'):
+        list(measure_bag(Bag(tmp_path / 'bag'), HandEye(True, np.eye(4)), ThicknessConfig(),
+                         RecorderConfig()))
 
 
 def test_a_topic_of_another_type_does_not_count(tmp_path: Path) -> None:
