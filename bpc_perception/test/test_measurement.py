@@ -182,6 +182,28 @@ def test_a_single_missing_point_does_no_harm(measured: Measure) -> None:
     assert (measured(capture).status == Status.MEASURED).all()
 
 
+def bright_spot(side: int, brighter: float) -> ThicknessProfile:
+    """What comes of a spot on the bed beside the band, brighter than the bed by grey levels."""
+    image = np.full((*bed().shape[:2], 3), BED, float)
+    image[band_image()[..., 0] == INK[0]] = INK
+    image += np.random.default_rng(5).normal(0, 1, image.shape)
+    image[ROWS[1] + 3:ROWS[1] + 3 + side, 80:80 + side] = np.array(BED) + brighter
+    return measure(capture_of(np.rint(image).astype(np.uint8), LATER), PATH, DOWN,
+                   ThicknessConfig())
+
+
+def test_a_pixel_that_is_brighter_by_noise_hides_nothing() -> None:
+    # 1 grey level of noise in each of three colours makes a sigma of 0.6 in brightness.
+    profile = bright_spot(1, 4.5)
+    assert (profile.status == Status.MEASURED).all()
+    np.testing.assert_allclose(profile.thickness, WIDTH_TRUE, atol=0.3 * PIXEL)
+
+
+@pytest.mark.parametrize(('side', 'brighter'), [(1, 40.0), (3, 5.0)], ids=['bright', 'large'])
+def test_beside_glare_nothing_is_told(side: int, brighter: float) -> None:
+    assert (bright_spot(side, brighter).status == Status.LOW_CONFIDENCE).any()
+
+
 @pytest.mark.parametrize('image', [band_image(), noisy(bed())], ids=['ink', 'bed'])
 def test_what_stands_in_front_occludes(measured: Measure, image: NDArray[np.uint8]) -> None:
     image = image.copy()

@@ -17,7 +17,9 @@ from bpc_perception.core.sections import Flags, Floats, masked_median, Sections,
 Index = NDArray[np.intp]
 
 ASKED = 100  # about so many sections tell how much colours vary
-BRIGHT = 5.0  # brighter than the bed by so many sigma is glare
+BRIGHT = 5.0  # brighter than the bed by so many sigma is glare,
+SPECK = 4.0  # unless it is smaller than this [square pixels], which noise is as well,
+SURE = 2.0  # and nowhere brighter by so many times that
 HALO = 2.5  # around glare the lens spreads its light so far [pixels]
 BED_CORE = 0.5  # beside the path some of what lies there may be other ink
 INK_CORE = 0.95  # shading and reflections are part of what ink looks like
@@ -161,17 +163,32 @@ def ink_share(sections: Sections, light: Light) -> Floats:
     """
     middle = len(sections.offset) // 2
     share = _weighed(sections.colour, light.weight)
-    glare = np.zeros(share.shape, np.uint8)
+    glare, sure = np.zeros(share.shape, np.uint8), np.zeros(share.shape, bool)
     brightness = np.asarray(cv2.transform(sections.colour, np.full((1, 3), 1 / 3)))
     for side, part in ((0, slice(None, middle)), (1, slice(middle, None))):
         bed = (light.bed[side] * light.weight).sum(axis=1).astype(np.float32)
         share[:, part] -= bed[:, None]
-        glare[:, part] = brightness[:, part] > light.glare_from[side][:, None]
+        least = light.glare_from[side]
+        most = least + (SURE - 1) * (least - light.bed[side].mean(axis=1))
+        glare[:, part] = brightness[:, part] > least[:, None]
+        sure[:, part] = brightness[:, part] > most[:, None]
+    glare = _without_specks(glare, sure, SPECK / STEP * sections.pixel / sections.spacing)
     across = 2 * round(HALO / STEP) + 1
     along = 2 * round(HALO * sections.pixel / sections.spacing) + 1
     glare = np.asarray(cv2.dilate(glare, np.ones((along, across), np.uint8)), np.uint8)
     share[~sections.visible | (glare > 0)] = np.nan
     return share
+
+
+def _without_specks(glare: NDArray[np.uint8], sure: Flags, area: float) -> NDArray[np.uint8]:
+    """Glare (N, M) but for what hangs together on less than an area [samples], nowhere sure."""
+    count, label, found, _ = cv2.connectedComponentsWithStats(glare)
+    if count == 1:
+        return glare
+    kept = found[:, cv2.CC_STAT_AREA] >= area
+    kept[label[sure]] = True
+    kept[0] = False
+    return np.asarray(kept[label], np.uint8)
 
 
 def _weighed(colour: Floats, weight: Array) -> Floats:
