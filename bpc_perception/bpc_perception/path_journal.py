@@ -7,6 +7,7 @@ chunks, so that nothing is held back and nothing piles up for an index.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import IO
 
@@ -21,6 +22,16 @@ from bpc_perception.conversions import ConversionError, path_from_message, path_
 from bpc_perception.core.growing_path import GrowingPath
 
 TOPIC = f'/{topics.PATH_UPDATE}'
+
+
+def default_folder(namespace: str = '') -> Path:
+    """Where a user keeps running prints [XDG Base Directory Specification].
+
+    One folder a ROS domain, and a namespace in it.
+    """
+    home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
+    return Path(home, 'bpc', f'domain_{os.environ.get("ROS_DOMAIN_ID") or 0}',
+                *namespace.strip('/').split('/'))
 
 
 class PathJournal:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from bpc_perception.parameter_files import live_recorder
+from bpc_perception.path_journal import default_folder
 from bpc_perception.transport import VARIABLES, with_profile
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
@@ -14,6 +15,9 @@ from launch_ros.actions import Node
 # Shared memory with room for a capture; a user's own file wins.
 TRANSPORT = {name: value for name, value in with_profile(os.environ, captures=True).items()
              if name in VARIABLES}
+
+# A node that died goes on with its print; one that cannot start says why a few times over.
+RESPAWN_DELAY, RESPAWN_MAX_RETRIES = 0.5, 3  # [s], times
 
 # What the nodes subscribe to, by the launch argument that names another topic for it.
 TOPICS = {
@@ -32,14 +36,17 @@ def nodes(context: LaunchContext) -> list[Node]:
     given = {name: LaunchConfiguration(name).perform(context) for name in (
         'params_file', 'hand_eye_file', 'namespace', 'use_sim_time', 'camera',
         'camera_settings_file', 'autostart', 'extruder', *TOPICS)}
-    live_recorder(given['params_file'] or None)  # refuses to start without a nozzle offset
+    recorder = live_recorder(given['params_file'] or None)  # refuses without a nozzle offset
     parameters = [given['params_file']] if given['params_file'] else []
     parameters.append({'use_sim_time': given['use_sim_time'] == 'true'})
     remappings = [(topic, given[argument]) for argument, topic in TOPICS.items()
                   if given[argument] != topic]
-    common = {'namespace': given['namespace'], 'remappings': remappings, 'output': 'screen'}
+    common = {'namespace': given['namespace'], 'remappings': remappings, 'output': 'screen',
+              'respawn': True, 'respawn_delay': RESPAWN_DELAY,
+              'respawn_max_retries': RESPAWN_MAX_RETRIES}
+    kept = recorder.state_folder or str(default_folder(given['namespace']))
     started = [Node(package='bpc_perception', executable='path_recorder', name='path_recorder',
-                    parameters=parameters, **common)]
+                    parameters=[*parameters, {'state_folder': kept}], **common)]
     parameters = [*parameters, {'hand_eye_file': given['hand_eye_file']}]
     if given['camera'] in ('driver', 'zivid'):  # two nodes, which have their own names
         chosen = [] if given['camera'] == 'driver' else [

@@ -19,7 +19,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 from bpc_perception.bag import Bag
-from bpc_perception.path_journal import PathJournal, TOPIC
+from bpc_perception.path_journal import default_folder, PathJournal, TOPIC
 
 pytestmark = pytest.mark.ros
 FILE = 'running_print.mcap'
@@ -125,6 +125,14 @@ def test_of_two_prints_the_newer_is_resumed(tmp_path: Path) -> None:
         keep(journal, GrowingPath('print', START_NS), 1, COUNT)
         journal.take(second, START_NS + 50 * SECOND)
     assert_same(resumed(tmp_path, count=50), second.path())
+
+
+def test_every_namespace_of_a_domain_has_a_folder_of_its_own(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('XDG_STATE_HOME', str(tmp_path))
+    monkeypatch.setenv('ROS_DOMAIN_ID', '7')
+    assert default_folder() == tmp_path / 'bpc' / 'domain_7'
+    assert default_folder('/cell/a') == tmp_path / 'bpc' / 'domain_7' / 'cell' / 'a'
 
 
 def test_without_a_print_there_is_none(tmp_path: Path) -> None:

@@ -137,6 +137,11 @@ WRONG = {
     'sim into a bag that exists': (['sim', '--record', 'bare'],
                                    ['bare: expected a new bag', 'exists']),
     'record without bag': (['record'], ['--out']),
+    'record with a calibration that is none': (
+        ['record', '--out', 'new', '--handeye', 'mount.calib'], ['eye_on_base', 'eye_on_roof']),
+    'record a robot that is not said': (
+        ['record', '--out', 'new', '--params', 'joints.yaml'],
+        ['pose.robot: expected one of lbr_med_7', 'found none']),
     'record into a bag that exists': (['record', '--out', 'bare'],
                                       ['bare: expected a new bag', 'exists']),
     'unknown study': (['study', 'table9'], ['study: expected one of table1', 'found table9']),

@@ -11,6 +11,7 @@ import subprocess
 from typing import Any
 
 from bpc_perception.bag import Bag, BagError, BagWriter
+from bpc_perception.nodes import bag_recorder
 from bpc_perception.nodes.bag_recorder import BagRecorderNode
 from bpc_perception.testing import Graph
 from bpc_perception.whole import inside, whole_bag
@@ -22,8 +23,10 @@ import pytest
 from rclpy.node import Node
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
+from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
+from bpc_interfaces.msg import ExtrusionState
 from bpc_perception import topics
 
 from .command_line import run
@@ -267,3 +270,29 @@ def test_a_recorder_on_a_full_disk_stays_and_says_so(tmp_path: Path, ros_domain:
         graph.close()
     assert counts(tmp_path / 'bag')[f'/{topics.POSE}'] == kept
     assert not (tmp_path / 'bag' / 'metadata.yaml').exists()
+
+
+def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int,
+                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bag_recorder, 'PATIENCE', 0.3)
+    graph = Graph(ros_domain)
+    try:
+        recorder = graph.make(BagRecorderNode, None, {'params.yaml': b'{}'},
+                              bag=str(tmp_path / 'bag'))
+        peer = graph.make(Node, 'peer')
+        images = peer.create_publisher(Image, topics.IMAGE, topics.CAMERA_QOS)
+        states = peer.create_publisher(ExtrusionState, topics.EXTRUSION, topics.EXTRUSION_QOS)
+
+        def said() -> str:
+            images.publish(Image())
+            states.publish(ExtrusionState())
+            return recorder._diagnostics._last_warning
+
+        graph.spin_until(said)
+        words = said()
+    finally:
+        graph.close()
+    assert words == (
+        '/end_effector_pose: expected messages beside the captures, found none; '
+        'without them the recording cannot be measured')
+    assert (tmp_path / 'bag' / 'params.yaml').read_bytes() == b'{}'

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +18,7 @@ from bpc_perception.core.config import CameraConfig, ThicknessConfig
 from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.parameter_files import configure, live_recorder
+from bpc_perception.path_journal import default_folder
 
 PATIENCE = 5.0  # until topics that are still silent are named [s]
 
@@ -53,7 +53,7 @@ def live(
           Nodes(parameters, remappings=others) as nodes,
           serving(page, terminal, others)):
         nodes.start('bpc_perception.nodes.path_recorder',
-                    state_folder=recorder.state_folder or str(state_folder()))
+                    state_folder=recorder.state_folder or str(default_folder()))
         if camera is None:
             nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
         else:
@@ -72,9 +72,3 @@ def live(
             if not monitor.publishers(topic):
                 terminal.tell('silent', f'  {topic}: nobody publishes it yet', topic=topic)
         monitor.spin_until(ended)
-
-
-def state_folder() -> Path:
-    """Where the running print is kept [XDG Base Directory Specification]; one a ROS domain."""
-    home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
-    return Path(home, 'bpc', f'domain_{os.environ.get("ROS_DOMAIN_ID") or 0}')
