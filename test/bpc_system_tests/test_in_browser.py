@@ -200,7 +200,10 @@ def test_report_opens_without_a_network(measured_sample: Path, browser: Chrome) 
     assert all(pictures)
     # Its figures are drawn by scripts, which the report brings along.
     assert browser.execute_script('return document.querySelectorAll("svg, canvas").length') > 0
-    show_as(browser, PHONE)
-    show_as(browser, DESKTOP)
+    for size in (PHONE, DESKTOP):
+        show_as(browser, size)
+        assert browser.execute_script(
+            'return [...document.querySelectorAll(".image, .chart")].filter('
+            'each => each.getBoundingClientRect().right > innerWidth).length') == 0
     assert asked(browser) == {''}
     assert errors(browser) == []

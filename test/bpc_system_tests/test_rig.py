@@ -162,8 +162,7 @@ def set_going(listener: Listener, nodes: Nodes) -> int:
         if time.time_ns() < start_ns:
             return start_ns
         for name in ('arm', 'camera_driver'):
-            nodes._processes[name].terminate()
-            nodes._processes[name].wait()
+            nodes.kill(name)
     raise AssertionError(f'expected arm and camera to run within {START_DELAYS[-1]:g} s')
 
 
@@ -256,8 +255,8 @@ def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
                    for source in ('joint_states', 'lbr_state'))
 
     listener = running.listener
-    robot = running.nodes._processes['arm']
-    robot.send_signal(signal.SIGSTOP)
+    robot = running.nodes.pid('arm')
+    os.kill(robot, signal.SIGSTOP)
     try:
         if running.rig.on_base:
             count = len(listener.profiles)
@@ -267,7 +266,7 @@ def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
                 'expected poses around the capture' in text
                 for text in listener.complaints('thickness')), running.nodes)
     finally:
-        robot.send_signal(signal.SIGCONT)
+        os.kill(robot, signal.SIGCONT)
     count = len(listener.profiles)
     listener.wait(lambda: len(listener.profiles) > count, running.nodes)
 
