@@ -204,6 +204,6 @@ def test_report_opens_without_a_network(measured_sample: Path, browser: Chrome) 
         show_as(browser, size)
         assert browser.execute_script(
             'return [...document.querySelectorAll(".image, .chart")].filter('
-            'each => each.getBoundingClientRect().right > innerWidth).length') == 0
+            'each => each.getBoundingClientRect().right > arguments[0]).length', size[0]) == 0
     assert asked(browser) == {''}
     assert errors(browser) == []
