@@ -136,21 +136,21 @@ class Nodes:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
+        used: set[str] = set()
         for process in self._processes.values():
             if process.poll() is None:
+                used |= shared_memory.used_by(process.pid)
                 process.terminate()  # unlike SIGINT also silent while it still loads
         end = time.monotonic() + END_PATIENCE
-        left: set[str] = set()
         for name, process in reversed(self._processes.items()):
             try:
                 process.wait(max(end - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
-                left |= shared_memory.used_by(process.pid)
                 process.kill()
                 process.wait()
             self._close_pipe(name)
-        if left:
-            shared_memory.clean(settled=0.0, among=left)
+        # Who is killed leaves its own; who end together may each leave a port to the other.
+        shared_memory.clean(settled=0.0, among=used)
         if error is None or kind is KeyboardInterrupt:
             for log in self._log_files.values():
                 log.unlink(missing_ok=True)
