@@ -68,9 +68,9 @@ def enlarged(result: Result, factor: int) -> Result:
     K[:2, 2] += (factor - 1) / 2
     camera = replace(capture.camera, K=K, width=factor * capture.camera.width,
                      height=factor * capture.camera.height)
-    image, points = (np.asarray(cv2.resize(field, (camera.width, camera.height)), field.dtype)
-                     for field in (capture.image, capture.points))
-    return replace(result, capture=replace(capture, image=image, points=points, camera=camera))
+    image, cloud = (np.asarray(cv2.resize(field, (camera.width, camera.height)), field.dtype)
+                     for field in (capture.image, capture.cloud))
+    return replace(result, capture=replace(capture, image=image, cloud=cloud, camera=camera))
 
 
 class Printer:
