@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from math import inf
 import time
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
 
 from bpc_perception import topics
@@ -47,7 +47,7 @@ class BagRecorderNode(Node):
         if config.pose.source != 'tf':  # of which a recording has the path
             wanted[poses.topic] = poses.message_class
         # What a recording is measured from beside its captures.
-        self._first_capture = np.inf  # [s], steady
+        self._first_capture = inf  # [s], steady
         self._camera = self.resolve_topic_name(topics.IMAGE)
         self._needed = {self.resolve_topic_name(name)
                         for name in (poses.topic, topics.EXTRUSION) if name in wanted}
