@@ -5,6 +5,7 @@ import json
 import logging
 
 from bpc_perception.cli import live_view
+from bpc_perception.cli.study import table
 from bpc_perception.cli.table import ResultTable
 from bpc_perception.cli.terminal import HeldWarnings, Terminal, WARNINGS
 from bpc_perception.core.advice import RateAdvice, Reason
@@ -153,3 +154,14 @@ def test_warnings_wait_and_are_said_once(capsys):
     held.tell()
     assert capsys.readouterr().err == 'bpc: torn\n'
     assert WARNINGS.terminal is not None
+
+
+def test_a_table_is_rather_too_wide_than_cut_short(monkeypatch: pytest.MonkeyPatch,
+                                                   capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv('COLUMNS', '40')
+    rows = [{f'number_{name}': 0.1 + number for name in 'abcdefgh'} for number in range(9)]
+    Terminal().show(table('nine', rows))
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split() for line in lines if '.100' in line] == [
+        [f'{number}.100'] * 8 for number in range(9)]
+    assert any(line.split() == list('abcdefgh') for line in lines)  # below "number"

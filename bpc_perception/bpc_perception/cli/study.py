@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 import typer
 
@@ -62,15 +63,17 @@ def table(title: str, rows: list[dict[str, Any]]) -> Table:
     columns = list(dict.fromkeys(column for row in rows for column in row))
     cells = [[in_words(row.get(column, '')) for column in columns] for row in rows]
     turned = len(rows) < len(columns) / 2
-    made = Table(title=title, show_header=not turned)
+    made = Table(title=title, show_header=not turned, box=SIMPLE_HEAD)
     if turned:
         made.add_column('')
         for _ in rows:
             made.add_column('', justify='right', no_wrap=True)
         cells = [[column, *values] for column, *values in zip(columns, *cells, strict=True)]
     else:
-        for column in columns:
-            made.add_column(column, justify='right', no_wrap=True)
+        for column, below in zip(columns, zip(*cells, strict=True), strict=True):
+            words = column.split('_')  # which may stand above each other, unlike digits
+            made.add_column(' '.join(words), justify='right',
+                            width=max(map(len, (*words, *below))))
     for values in cells:
         made.add_row(*values)
     return made

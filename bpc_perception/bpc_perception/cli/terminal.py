@@ -17,6 +17,7 @@ from typing import Any
 
 from rich.console import Console, RenderableType
 from rich.live import Live
+from rich.measure import Measurement
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -31,6 +32,7 @@ from rich.text import Text
 
 from bpc_perception.summary import plain
 
+WIDEST = 1000  # of a table [characters]
 VIEW_PERIOD = 0.2  # of a live view [s]
 
 Advance = Callable[..., None]
@@ -92,7 +94,9 @@ class Terminal:
     def show(self, table: RenderableType) -> None:
         """A table for people, rather wider than the terminal than with numbers cut short."""
         if not (self._quiet or self._json):
-            Console(width=max(self._console.width, 260)).print(table)
+            wide = Console(width=WIDEST)
+            least = Measurement.get(wide, wide.options, table).maximum
+            Console(width=max(self._console.width, least)).print(table)
 
     def tell(self, event: str, text: str, /, **values: object) -> None:
         """Something that scripts want to know; the text, if any, is for people."""
