@@ -182,9 +182,9 @@ def ink_share(sections: Sections, light: Light) -> Floats:
 
 def _without_specks(glare: NDArray[np.uint8], sure: Flags, area: float) -> NDArray[np.uint8]:
     """Glare (N, M) but for what hangs together on less than an area [samples], nowhere sure."""
-    count, label, found, _ = cv2.connectedComponentsWithStats(glare)
-    if count == 1:
+    if not cv2.countNonZero(glare):
         return glare
+    _, label, found, _ = cv2.connectedComponentsWithStats(glare)
     kept = found[:, cv2.CC_STAT_AREA] >= area
     kept[label[sure]] = True
     kept[0] = False
