@@ -22,10 +22,13 @@ SETTLED = 2.0  # a younger file may be of a process that has not locked it yet [
 
 
 def clean(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
-          among: Container[str] | None = None) -> int:
-    """Remove what no living process uses, of these names if any are given; how many bytes."""
+          among: Container[str] | None = None, leaving: bool = False) -> int:
+    """Remove what no living process uses, of these names if any are given; how many bytes.
+
+    A process that is ``leaving`` may still have mapped what others left.
+    """
     freed = 0
-    for file in unused(folder, settled):
+    for file in unused(folder, settled, leaving):
         name = NAME.search(file.name)
         if among is not None and (name is None or name[1] not in among):
             continue
@@ -45,8 +48,9 @@ def used_by(pid: int) -> set[str]:
         return set()
 
 
-def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> list[Path]:
-    """The files that no living process uses.
+def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
+           leaving: bool = False) -> list[Path]:
+    """The files that no living process uses, or no other where this one is leaving.
 
     In use is what someone holds the lock of or has mapped, or what belongs to another user.
     """
@@ -54,7 +58,7 @@ def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED) -> list[Path]
     for file in folder.glob('fastrtps_*'):
         if match := NAME.fullmatch(file.name):
             groups.setdefault(match[1], []).append(file)
-    mapped = _mapped_files() if groups else set()
+    mapped = _mapped_files(os.getpid() if leaving else None) if groups else set()
     found = []
     for name, files in groups.items():
         try:
@@ -78,10 +82,15 @@ def _locked(file: Path) -> bool:
     return False
 
 
-def _mapped_files() -> set[tuple[int, int]]:
-    """Device and inode of the files of Fast DDS that a process we may look at has mapped."""
+def _mapped_files(leaving: int | None) -> set[tuple[int, int]]:
+    """Device and inode of the files of Fast DDS that a process we may look at has mapped.
+
+    But for one that is leaving.
+    """
     found = set()
     for maps in Path('/proc').glob('[0-9]*/maps'):
+        if maps.parent.name == str(leaving):
+            continue
         try:
             lines = maps.read_text(errors='replace').splitlines()
         except OSError:  # it ended, or belongs to somebody else

@@ -51,6 +51,16 @@ def test_what_is_mapped_stays(tmp_path: Path) -> None:
     assert clean(tmp_path, settled=0) == mmap.PAGESIZE
 
 
+def test_who_leaves_removes_what_it_alone_has_mapped_of_others(tmp_path: Path) -> None:
+    others, mine = segment(tmp_path), segment(tmp_path, PORT)
+    with (others[0].open('r+b') as stream, mmap.mmap(stream.fileno(), 0),
+          mine[1].open() as owner):
+        fcntl.flock(owner, fcntl.LOCK_SH)
+        assert clean(tmp_path, settled=0) == 0
+        assert clean(tmp_path, settled=0, leaving=True) == mmap.PAGESIZE
+    assert sorted(tmp_path.iterdir()) == sorted(mine)
+
+
 def test_only_what_a_process_used_is_removed_after_it(tmp_path: Path) -> None:
     mine, others = segment(tmp_path), segment(tmp_path, PORT)
     with mine[0].open('r+b') as stream, mmap.mmap(stream.fileno(), 0):

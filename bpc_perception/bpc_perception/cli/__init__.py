@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 
 import typer
 
+from bpc_perception import shared_memory
 from bpc_perception.cli import (
     batch,
     bench,
@@ -64,6 +65,8 @@ def main() -> None:
         refuse(f'bpc: {error}' + ''.join(f'; {text}' for text in WARNINGS.texts))
     except typer.Abort:  # Ctrl-C
         sys.exit(INTERRUPTED)
+    finally:
+        shared_memory.clean(leaving=True)  # that of nodes which others still had mapped
     WARNINGS.tell()
     sys.exit(status)
 

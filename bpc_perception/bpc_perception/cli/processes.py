@@ -146,6 +146,7 @@ class Nodes:
             try:
                 process.wait(max(end - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
+                used |= shared_memory.used_by(process.pid)
                 process.kill()
                 process.wait()
             self._close_pipe(name)
