@@ -19,6 +19,7 @@ from sensor_msgs.msg import JointState
 from bpc_perception import topics
 from bpc_sim.arm import Arm
 from bpc_sim.config import SimConfig
+from bpc_sim.nodes.steady_rate import SteadyRate
 
 # The controller's clock is that of the cabinet, which nobody has set.
 CONTROLLER_BEHIND_NS = 4321 * 10**9
@@ -38,10 +39,14 @@ class SyntheticArmNode(Node):
         with suppress(BagError):  # raised where the stack is not installed
             self._lbr_state = message_type(LBR_STATE_TYPE)
             self._lbr_states = self.create_publisher(self._lbr_state, topics.LBR_STATE, 1)
-        self.create_timer(1.0 / self._config.pose_rate, self._publish)
+        self._rate = SteadyRate(self._config.pose_rate)
+        self.create_timer(1.0 / self._config.pose_rate, self._publish_due)
 
-    def _publish(self) -> None:
-        now_ns = self.get_clock().now().nanoseconds
+    def _publish_due(self) -> None:
+        for stamp_ns in self._rate.due(self.get_clock().now().nanoseconds):
+            self._publish(stamp_ns)
+
+    def _publish(self, now_ns: int) -> None:
         t = (now_ns - self._config.start_time_ns) * 1e-9
         angles = self._arm.reach(self._job.flange_pose(t))
         message = JointState(name=[f'lbr_{joint}' for joint in JOINTS],

@@ -10,6 +10,7 @@ from rclpy.node import Node
 
 from bpc_perception import topics
 from bpc_sim.config import SimConfig
+from bpc_sim.nodes.steady_rate import SteadyRate
 from bpc_sim.print_job import PrintJob
 
 
@@ -28,9 +29,10 @@ class SyntheticNode(Node):
         # Reliable offers also serve those who ask for sensor data, best effort.
         self._publisher = self.create_publisher(
             topics.PRINT[topic], topic, topics.EXTRUSION_QOS)
+        self._rate = SteadyRate(rate or self._config.pose_rate)
         self.create_timer(1.0 / (rate or self._config.pose_rate), self._publish)
 
     def _publish(self) -> None:
-        now_ns = self.get_clock().now().nanoseconds
-        t = (now_ns - self._config.start_time_ns) * 1e-9
-        self._publisher.publish(self._message_at(self._job, t, now_ns))
+        for stamp_ns in self._rate.due(self.get_clock().now().nanoseconds):
+            t = (stamp_ns - self._config.start_time_ns) * 1e-9
+            self._publisher.publish(self._message_at(self._job, t, stamp_ns))
