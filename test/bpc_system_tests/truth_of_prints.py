@@ -49,9 +49,11 @@ class Comparison:
 def compare(profile: ThicknessProfile, job: PrintJob) -> Comparison:
     """Put a profile beside its print."""
     s = job.commanded.curve.uniform(20001)
-    points = transform(invert(job.T_base_surface), profile.points)[:, :2]
-    distance, nearest = cKDTree(job.commanded.curve.points(s)).query(points)
-    assert distance.max() < 0.5 * MM, 'the recorded path leaves the true one'
+    points = transform(invert(job.T_base_surface), profile.points)
+    distance, nearest = cKDTree(job.commanded.curve.points(s)).query(points[:, :2])
+    astray = distance >= 0.5 * MM
+    assert not astray.any(), (f'the recorded path leaves the true one at {points[astray]} '
+                              f'of {len(points)} points, samples {np.flatnonzero(astray)}')
     s = s[nearest]
     ends = job.deposit.runs.ravel()
     return Comparison(profile, s, job.truth(s), np.abs(s[:, None] - ends).min(axis=1))
