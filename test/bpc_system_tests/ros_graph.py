@@ -84,13 +84,25 @@ class Listener:
 
     def wait(self, condition: Callable[[], Any], nodes: Nodes | None = None,
              timeout: float = PATIENCE) -> None:
-        """Listen until the condition holds; fails when a node ends before, or it never does."""
+        """Listen until the condition holds; fails when a node ends before, or it never does.
+
+        What the nodes last said on /diagnostics is then said as well.
+        """
         def holds() -> Any:
             if nodes is not None:
                 nodes.check()
             return condition()
 
-        self._graph.spin_until(holds, timeout)
+        try:
+            self._graph.spin_until(holds, timeout)
+        except AssertionError as error:
+            raise AssertionError(f'{error}; {self.last_words()}') from None
+
+    def last_words(self) -> dict[str, str]:
+        """What each node last said on /diagnostics, with all its values."""
+        return {status.name: f'{status.message}: ' + ', '.join(
+                    f'{value.key} {value.value}' for value in status.values)
+                for message in self.heard['/diagnostics'] for status in message.status}
 
     def complaints(self, node: str) -> list[str]:
         """What a node said on /diagnostics that it had to refuse."""
