@@ -21,6 +21,7 @@ import tempfile
 import time
 
 from bpc_perception.shared_memory import clean, NAME, SETTLED, SHARED_MEMORY, unused
+from bpc_perception.testing import free_domain
 import yaml
 
 SAMPLE = Path(__file__).resolve().parents[2] / 'bags' / 'spiral_gaps'
@@ -130,13 +131,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--count', type=int, default=200)
     parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--domain', type=int, default=60)
     given = parser.parse_args()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
     chance = random.Random(given.seed)
     times, failed = [], 0
     for number in range(given.count):
-        took, amiss = cycle(number, given.domain, chance)
+        with free_domain() as domain:
+            took, amiss = cycle(number, domain, chance)
         times.append(took)
         failed += bool(amiss)
         print(f'{number}: ended in {took:.2f} s; left: {", ".join(amiss) or "nothing"}',
