@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+import os
 from pathlib import Path
 import signal
 import subprocess
@@ -896,6 +897,39 @@ def test_a_node_that_fails_says_so_and_takes_its_process_with_it(
                            capture_output=True, text=True, timeout=60, check=False)
     assert ended.returncode == 1
     assert 'RuntimeError: the node has failed' in ended.stderr
+
+
+HANGS = """
+import ctypes
+from bpc_perception.nodes.run import run
+from rclpy.node import Node
+
+class Hangs(Node):
+    def __init__(self):
+        super().__init__('hangs')
+        print('made', flush=True)
+
+    def destroy_node(self):
+        ctypes.PyDLL(None).sleep(60)  # with the interpreter's lock
+
+run(Hangs)
+"""
+
+
+def test_a_child_whose_end_hangs_in_cpp_ends_all_the_same(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    monkeypatch.setenv('BPC_PARENT', str(os.getpid()))
+    with subprocess.Popen([sys.executable, '-c', HANGS], stdout=subprocess.PIPE,
+                          text=True) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == 'made\n'
+            process.terminate()
+            process.wait(30)
+        finally:
+            process.kill()
+    assert process.returncode == -signal.SIGALRM
 
 
 TOLD = """

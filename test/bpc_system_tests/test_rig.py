@@ -294,6 +294,6 @@ def test_a_node_that_was_killed_goes_on_with_the_same_print(running: Running,
                   running.nodes)
     profile = listener.profiles[-1]
     assert profile.print_id == known.print_id
-    assert profile.arc_length[:len(known.arc_length)] == known.arc_length, [
-        (each.capture, len(each.arc_length), each.arc_length[-1], each.points[-1].z,
-         each.points[-2].z, each.points[-3].z) for each in listener.profiles]
+    # Whether the nozzle was lifting at the last point, only what came behind it tells.
+    settled = known.arc_length[:-1]
+    assert profile.arc_length[:len(settled)] == settled

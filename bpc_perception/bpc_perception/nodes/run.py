@@ -15,6 +15,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from bpc_perception.nodes.process import (
+    end_in_time,
     end_with_parent,
     Heartbeat,
     keep_memory,
@@ -55,7 +56,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
     """
     if carries_captures:
         keep_memory()
-    end_with_parent()
+    is_child = end_with_parent()
     pipe = open_heartbeat()
     # At a signal rclpy ends the spinning. Python would raise KeyboardInterrupt besides, in the
     # middle of anything, and the process aborts where that is C++ which takes no exceptions.
@@ -65,16 +66,18 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
     rclpy.init()
     try:
         if not told:  # before rclpy listened to it
-            _spin(make_node, fast_streams, pipe)
+            _spin(make_node, fast_streams, pipe, is_child)
     except ExternalShutdownException:
         pass
     finally:
+        if is_child:
+            end_in_time()
         rclpy.try_shutdown()
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one, while Python winds up
 
 
 def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool,
-          pipe: int | None) -> None:
+          pipe: int | None, is_child: bool) -> None:
     try:
         made = make_node()
     except (ValueError, OSError, ParameterException) as error:
@@ -93,6 +96,8 @@ def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool,
     try:
         _spin_one(nodes[0], failures, pipe, fast_streams)
     finally:
+        if is_child:
+            end_in_time()
         for thread in aside:
             thread.join()
         for node in nodes:
