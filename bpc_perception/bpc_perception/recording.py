@@ -6,10 +6,9 @@ from collections.abc import Iterator
 import logging
 from typing import Any
 
-from geometry_msgs.msg import Pose, PoseStamped
+from geometry_msgs.msg import Pose
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import JointState
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception import topics
@@ -67,7 +66,7 @@ def pose_topics(bag: Bag) -> dict[str, Any]:
 
     Raises BagError where that is but a type that is not installed.
     """
-    sources = ((topics.POSE, PoseStamped), (topics.POSE, Pose), (topics.JOINTS, JointState))
+    sources = (*topics.ROBOT.items(), (topics.POSE, Pose))
     found = {name: kind for name, kind in sources if is_recorded(bag, name, kind)}
     if LBR_STATE_TYPE in bag.topics.values():
         try:

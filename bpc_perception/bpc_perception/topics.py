@@ -22,7 +22,7 @@ PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
 # Other sources of the flange's pose, each in place of POSE.
 JOINTS, LBR_STATE = 'joint_states', 'lbr_state'
 ROBOT: dict[str, Any] = {POSE: PoseStamped, JOINTS: JointState}  # what has a package anywhere
-POSES = POSE, JOINTS, LBR_STATE
+POSES = *ROBOT, LBR_STATE
 # What other extruders say of themselves.
 PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'

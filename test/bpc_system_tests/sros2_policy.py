@@ -20,7 +20,7 @@ ANSWERS = tuple(f'~/{name}' for name in (
     'describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
     'list_parameters', 'set_parameters', 'set_parameters_atomically'))
 # Where a flange's pose may come from.
-POSES = (topics.POSE, topics.JOINTS, topics.LBR_STATE, '/tf', '/tf_static')
+POSES = (*topics.POSES, '/tf', '/tf_static')
 LIFECYCLE = tuple(f'~/{name}' for name in (
     'change_state', 'get_available_states', 'get_available_transitions', 'get_state',
     'get_transition_graph'))

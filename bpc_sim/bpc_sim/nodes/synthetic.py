@@ -29,8 +29,9 @@ class SyntheticNode(Node):
         # Reliable offers also serve those who ask for sensor data, best effort.
         self._publisher = self.create_publisher(
             topics.PRINT[topic], topic, topics.EXTRUSION_QOS)
-        self._rate = SteadyRate(rate or self._config.pose_rate)
-        self.create_timer(1.0 / (rate or self._config.pose_rate), self._publish)
+        rate = rate or self._config.pose_rate
+        self._rate = SteadyRate(rate)
+        self.create_timer(1.0 / rate, self._publish)
 
     def _publish(self) -> None:
         for stamp_ns in self._rate.due(self.get_clock().now().nanoseconds):
