@@ -1,6 +1,6 @@
 """Starts and stops the whole suite many times, and looks for what is left behind.
 
-``python test/bpc_system_tests/cycles.py --count 200``: in turn the synthetic printer, a live run
+``python -m bpc_system_tests.cycles --count 200``: in turn the synthetic printer, a live run
 with another process as camera, and a recorder are started together, and ended by SIGINT or SIGTERM
 at a random moment of their first seconds; each tenth time a node is killed before. Whatever is
 left then of processes, shared memory, temporary files and logs is named, and counts as a failure.
@@ -23,6 +23,8 @@ import time
 from bpc_perception.shared_memory import clean, NAME, SETTLED, SHARED_MEMORY, unused
 from bpc_perception.testing import free_domain
 import yaml
+
+from .process_tree import alive, descendants
 
 SAMPLE = Path(__file__).resolve().parents[2] / 'bags' / 'spiral_gaps'
 LONGEST = 8.0  # in which the suite is ended at a random moment [s]
@@ -47,27 +49,6 @@ def commands(folder: Path) -> list[list[str]]:
         [*bpc, 'sim', '--rate', '2', '--separate'],
         [*bpc, 'live', '--handeye', str(SAMPLE / 'hand_eye.calib'), '--params', str(settings)],
         [*bpc, 'record', '--out', str(folder / 'recorded')]]
-
-
-def descendants(pids: Iterable[int]) -> list[int]:
-    """All processes that these started, directly or not."""
-    found = []
-    for pid in pids:
-        for children in Path(f'/proc/{pid}/task').glob('*/children'):
-            try:
-                started = [int(child) for child in children.read_text().split()]
-            except OSError:
-                continue
-            found += started + descendants(started)
-    return found
-
-
-def alive(pid: int) -> bool:
-    """Whether a process is there that is no zombie."""
-    try:
-        return Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()[0] != 'Z'
-    except OSError:
-        return False
 
 
 def mapped(pids: Iterable[int]) -> set[str]:

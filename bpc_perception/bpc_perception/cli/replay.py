@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 import os
 from pathlib import Path
 from typing import Annotated
@@ -79,6 +80,7 @@ def replay(
     stamps = [capture.stamp_ns for _, capture in captures(given.bag)]
     if not stamps:
         raise ValueError(f'{bag}: expected a complete capture, found none')
+    played_out = False
     with (monitoring(terminal) as monitor,
           Nodes(given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes,
           serving(page, terminal, use_sim_time=True)):
@@ -104,15 +106,21 @@ def replay(
 
         monitor.spin_until(played)
         monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
+        played_out = True
         linger(page, terminal, monitor)
-    log = PrintLog(expected=len(stamps))
-    with terminal.progress('collect', len(stamps)) as advance:
-        for result in collect(monitor, given):
+    # After Ctrl-C nothing can be said of what comes behind the last result.
+    expected = len(stamps) if played_out else max(
+        (number for number, stamp_ns in enumerate(stamps, 1)
+         if stamp_ns in monitor.profiles and stamp_ns in monitor.advice), default=0)
+    log = PrintLog(expected=expected)
+    with terminal.progress('collect', expected) as advance:
+        for result in islice(collect(monitor, given), expected):
             log.add(result)
             advance()
     if log.reported is None:
+        silence = 'the nodes gave no reason' if played_out else 'it was ended before the first'
         raise ValueError(f'{bag}: expected a profile, found none; '
-                         f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
+                         f'{"; ".join(monitor.warnings) or silence}')
     terminal.files(write_outputs(out, log, given.provenance, figures))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import gc
 import logging
 import signal
 import sys
@@ -11,8 +12,9 @@ import traceback
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from bpc_perception.nodes.process import (
     end_in_time,
@@ -28,6 +30,7 @@ except ImportError:  # before rclpy 7.1.4
     EventsExecutor = None  # type: ignore[assignment]
 
 REFUSED = 2  # exit status: what was asked for cannot be done as it was asked
+ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class RosLogHandler(logging.Handler):
@@ -43,9 +46,20 @@ class RosLogHandler(logging.Handler):
         getattr(self._logger, level)(record.getMessage())
 
 
+class _Ending:
+    """Whether all nodes of the process are to end."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def ask(self, *_: object) -> None:
+        """Let them end; also a handler of signals."""
+        self.asked = True
+
+
 def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool = False,
         fast_streams: bool = False) -> None:
-    """Spin a node until Ctrl-C, SIGTERM or shutdown; exit with 2 if it refuses to start.
+    """Spin a node until Ctrl-C or SIGTERM; exit with 2 if it refuses to start.
 
     Of several nodes each has a thread of its own, so that none waits for another's callbacks.
 
@@ -58,74 +72,71 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
         keep_memory()
     is_child = end_with_parent()
     pipe = open_heartbeat()
-    # At a signal rclpy ends the spinning. Python would raise KeyboardInterrupt besides, in the
-    # middle of anything, and the process aborts where that is C++ which takes no exceptions.
-    told: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _: told.append(number))
-    rclpy.init()
+    # A signal is noted and looked at between callbacks. Python's KeyboardInterrupt aborts the
+    # process where it comes out of C++ that takes no exceptions; rclpy's handlers shut down under
+    # a half-made node, which then stays in the graphs of others.
+    ending = _Ending()
+    for number in ENDING_SIGNALS:
+        signal.signal(number, ending.ask)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    nodes: list[Node] = []
+    failures: list[Exception] = []
     try:
-        if not told:  # before rclpy listened to it
-            _spin(make_node, fast_streams, pipe, is_child)
-    except ExternalShutdownException:
-        pass
+        if not ending.asked:
+            nodes += _made(make_node)
+            _spin(nodes, ending, failures, pipe, fast_streams)
     finally:
         if is_child:
             end_in_time()
+        for node in nodes:
+            node.destroy_node()
         rclpy.try_shutdown()
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one, while Python winds up
+        # More of them may come; their default, which Python puts back on its way out, kills.
+        for number in ENDING_SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+    if failures:
+        traceback.print_exception(failures[0])
+        sys.exit(1)
 
 
-def _spin(make_node: Callable[[], Node | Sequence[Node]], fast_streams: bool,
-          pipe: int | None, is_child: bool) -> None:
+def _made(make_node: Callable[[], Node | Sequence[Node]]) -> list[Node]:
     try:
         made = make_node()
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)
-        sys.exit(REFUSED)
-    except Exception:  # half-made nodes raise all sorts of things when told to end meanwhile
-        if rclpy.ok():
-            raise
-        return
-    nodes = [made] if isinstance(made, Node) else list(made)
+    else:
+        return [made] if isinstance(made, Node) else list(made)
+    gc.collect()  # half-made nodes, so that they leave the graph
+    sys.exit(REFUSED)
+
+
+def _spin(nodes: Sequence[Node], ending: _Ending, failures: list[Exception], pipe: int | None,
+          fast_streams: bool) -> None:
     logging.getLogger('bpc_perception').addHandler(RosLogHandler(nodes[0]))
-    failures: list[Exception] = []
-    aside = [Thread(target=_spin_one, args=(node, failures, pipe)) for node in nodes[1:]]
+    aside = [Thread(target=_spin_one, args=(node, ending, failures, pipe)) for node in nodes[1:]]
     for thread in aside:
         thread.start()
     try:
-        _spin_one(nodes[0], failures, pipe, fast_streams)
+        _spin_one(nodes[0], ending, failures, pipe, fast_streams)
     finally:
-        if is_child:
-            end_in_time()
         for thread in aside:
             thread.join()
-        for node in nodes:
-            node.destroy_node()
-        if failures:
-            traceback.print_exception(failures[0])
-            sys.exit(1)
 
 
-def _spin_one(node: Node, failures: list[Exception], pipe: int | None,
+def _spin_one(node: Node, ending: _Ending, failures: list[Exception], pipe: int | None,
               fast: bool = False) -> None:
     """Spin in a thread; all end when this one does."""
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
     kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
     heart = Heartbeat(pipe, node.get_name())
-    if not rclpy.ok():  # told to end while the node was made
-        return
     try:
         executor = kind()
         executor.add_node(node)
         # Not spin(): that of the events executor never sleeps.
-        while rclpy.ok():
+        while not ending.asked:
             executor.spin_once(timeout_sec=0.1)
             heart.beat()
-    except ExternalShutdownException:
-        pass
     except Exception as error:
-        if rclpy.ok():  # or else it was told to end in the middle of something
-            failures.append(error)
+        failures.append(error)
     finally:
-        rclpy.try_shutdown()
+        ending.ask()
