@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 
-INTERRUPTED = 130
+from bpc_perception.exit_status import INTERRUPTED
 
 
 def load() -> Callable[[], None]:

@@ -27,12 +27,12 @@ from pyarrow import csv, parquet
 
 from bpc_perception.cli import inputs
 from bpc_perception.cli.terminal import HeldWarnings
+from bpc_perception.exit_status import DEFECT, REFUSED
 from bpc_perception.offline import measure_bag
 from bpc_perception.outputs import write_outputs
 from bpc_perception.print_log import PrintLog
 from bpc_perception.recording import capture_count
 
-DEFECT, REFUSED = 1, 2  # exit statuses, as those of bpc measure
 LOOPBACK = '127.0.0.1'
 NUMBERS = ('path_length_mm', 'thickness_mean_mm', 'thickness_std_mm', 'thickness_q1_mm',
            'thickness_median_mm', 'thickness_q3_mm', 'thickness_variation', 'within_10_percent',

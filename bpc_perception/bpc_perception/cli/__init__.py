@@ -29,10 +29,9 @@ from bpc_perception.cli import (
     testing,
 )
 from bpc_perception.cli.terminal import WARNINGS
+from bpc_perception.exit_status import INTERRUPTED, REFUSED
 from bpc_perception.transport import choose_profile
 
-REFUSED = 2
-INTERRUPTED = 130
 # Of Click, which newer versions of Typer bring along under a name of their own.
 UsageError: Any = typer.BadParameter.__base__
 

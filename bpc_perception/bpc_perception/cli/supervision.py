@@ -12,7 +12,7 @@ from rclpy.node import Node
 from bpc_perception import shared_memory
 from bpc_perception.cli.processes import NodeError, Nodes
 from bpc_perception.core.back_off import BackOff
-from bpc_perception.nodes.run import REFUSED
+from bpc_perception.exit_status import REFUSED
 
 QUIET = 0.2  # a node gives a sign of life each 0.1 s, unless it is busy [s]
 HUNG = 60.0  # longer than any capture takes to be measured, of a print of 100 m and more [s]

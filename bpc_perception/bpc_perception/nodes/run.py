@@ -16,6 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from bpc_perception.exit_status import DEFECT, REFUSED
 from bpc_perception.nodes.process import (
     end_in_time,
     end_with_parent,
@@ -29,7 +30,6 @@ try:
 except ImportError:  # before rclpy 7.1.4
     EventsExecutor = None  # type: ignore[assignment]
 
-REFUSED = 2  # exit status: what was asked for cannot be done as it was asked
 ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -96,7 +96,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
             signal.signal(number, signal.SIG_IGN)
     if failures:
         traceback.print_exception(failures[0])
-        sys.exit(1)
+        sys.exit(DEFECT)
 
 
 def _made(make_node: Callable[[], Node | Sequence[Node]]) -> list[Node]:
