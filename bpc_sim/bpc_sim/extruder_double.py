@@ -1,8 +1,8 @@
 """A stand-in for the rig's extruder on a pseudo-terminal, byte for byte as on the wire.
 
 Either an Arduino that sends lines, or a Tic that answers on its own serial line in the Pololu
-protocol (user's guide, section 9). It can lose bytes, be reset, change its step mode and be
-unplugged.
+protocol (user's guide, section 9). It can lose bytes, be late, be reset, change its step mode
+and be unplugged.
 """
 
 from __future__ import annotations
@@ -79,12 +79,14 @@ class Wire:
 
     Attributes:
         drop: share of the bytes that get lost.
+        late: by how much the next that it sends comes late [s].
         answered: how often it sent something.
     """
 
     def __init__(self, tic: TicDouble, port: Path, lines: bool, device_number: int = 14) -> None:
         self.tic = tic
         self.drop = 0.0
+        self.late = 0.0
         self.answered = 0
         self._port = port
         self._lines = lines
@@ -140,6 +142,8 @@ class Wire:
             self._send(master, self.tic.variables()[offset:offset + length])
 
     def _send(self, master: int, data: bytes) -> None:
+        late, self.late = self.late, 0.0
+        time.sleep(late)
         kept = bytes(byte for byte in data if self._random.random() >= self.drop)
         os.write(master, kept)
         self.answered += 1

@@ -109,6 +109,23 @@ def test_lost_bytes_cost_states_but_falsify_none(graph: Graph, wire: Wire) -> No
     assert np.all(np.diff([state.plunger_position for state in found.states]) >= 0)
 
 
+@pytest.mark.parametrize('late', [0.11, 0.25, 0.45, 0.8])
+def test_a_late_answer_is_not_taken_for_the_next(graph: Graph, tmp_path: Path,
+                                                 late: float) -> None:
+    start = time.time()
+    tic = TicDouble(lambda now: (STEPS_PER_SECOND * (now - start), STEPS_PER_SECOND))
+    with Wire(tic, tmp_path / 'ttyACM0', lines=False) as wire:
+        found = Bench(graph, back_end='tic', port=str(wire._port), timeout=2.0)
+        found.more()
+        wire.late = late
+        found.until(lambda: int(found.values.get('refused: tic', 0)))
+        found.more(20)
+    for state in found.states:
+        assert state.plunger_velocity == pytest.approx(VELOCITY)
+        assert (state.error_status, state.position_uncertain) == (0, False)
+    assert np.all(np.diff([state.plunger_position for state in found.states]) >= 0)
+
+
 def test_a_change_of_step_mode_is_carried_over_and_said(graph: Graph, wire: Wire) -> None:
     found = bench(graph, wire)
     before = found.more()[-1]
@@ -134,8 +151,7 @@ def test_a_reset_is_said_and_the_position_in_doubt(graph: Graph, wire: Wire) -> 
     found.more()
     wire.tic.reset()
     found.until(lambda: found.states[-1].position_uncertain)
-    if wire._lines:  # the Tic's own line carries no clock
-        found.until(lambda: any('it was reset' in text for text in found.said))
+    found.until(lambda: any('it was reset' in text for text in found.said))
     assert found.more()[-1].plunger_velocity == pytest.approx(VELOCITY)
 
 

@@ -292,14 +292,24 @@ def read_line(data: bytes) -> object:
 
 
 def tic_answers() -> bytes:
-    """What a Tic answers to the four questions, twice."""
+    """What a Tic answers to the four questions, three times."""
     motion = (1000).to_bytes(4, 'little') + (-20000).to_bytes(4, 'little', signed=True)
-    return (motion + bytes((10, 1, 0, 0, 0, 0, 0, 0)) + b'\3' + b'\x10\x2e') * 2
+    status = bytes((10, 1, 0, 0, 0, 0, 0, 0))
+    return b''.join(motion + status + b'\3' + b'\x10\x2e' + up_ms.to_bytes(4, 'little')
+                    for up_ms in (1000, 1020, 1040))
+
+
+class Answers(FakeLine):
+    """A line on which bytes come as they are asked for, and no earlier."""
+
+    @property
+    def in_waiting(self) -> int:
+        return 0
 
 
 def read_tic(data: bytes) -> object:
     """A Tic on a serial line that answers these bytes."""
-    line, plunger = FakeLine(data), Plunger(PLUNGER)
+    line, plunger = Answers(data), Plunger(PLUNGER)
     refusals: list[object] = []
     extruder = TicExtruder(ticlib.TicSerial(line, None), line, refusals.append)
     for _ in range(3):

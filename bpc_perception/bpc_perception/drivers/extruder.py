@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+import math
+import time
 from typing import Any, Protocol
 
 from bpc_perception.core.config import ExtruderConfig
@@ -11,6 +13,8 @@ from bpc_perception.core.extruder import ExtruderError, parse_line, StateError, 
 
 LONGEST_LINE = 512  # [bytes]
 TIC_PATIENCE = 0.1  # for an answer [s]
+TIC_QUIET = 0.3  # after which none is under way any more [s]
+TIC_DELAY = 1.0  # by which our reading of its clock may vary on a busy computer [s]
 USB = 'usb'
 
 Refuse = Callable[[object], None]
@@ -91,6 +95,10 @@ class TicExtruder:
     ticlib has a method for each variable. Those that belong together are read as one block, so
     that position and velocity are of the same instant, and all error bits are kept, of which
     ticlib's own list leaves out the last.
+
+    An answer does not say to which question. One that comes late would be taken for that to the
+    next, and so on from there. Hence nothing is asked where an answer may still be under way, and
+    a state counts only if the Tic's clock has gone on as ours has.
     """
 
     READ = 0xA1  # "get variable"; unlike 0xA2 it does not clear the errors
@@ -99,31 +107,55 @@ class TicExtruder:
         self._tic = tic
         self._line = line
         self._refuse = refuse
+        self._quiet_since = -math.inf  # [s]
+        self._last: tuple[float, int] | None = None  # our time [s], the Tic's [ms]
 
     def read(self) -> list[TicState]:
         """The state now."""
         try:
+            if not self._is_quiet():
+                return []
             motion = self._block(0x22, 8)
             status = self._block(0x00, 8)
             step_mode, = self._block(0x49, 1)
-            supply = self._block(0x33, 2)
+            supply = self._block(0x33, 6)  # and the time since its start
         except OSError as error:  # the line or USB is gone
             raise ExtruderError(f'tic: expected to read it, found: {error}') from error
-        except RuntimeError as error:  # of ticlib: bytes were lost
-            self._refuse(f'tic: expected an answer, found: {error}')
-            if self._line is not None:
-                self._line.reset_input_buffer()
+        except RuntimeError as error:  # of ticlib: bytes were lost, or are late
+            return self._begin_anew(f'tic: expected an answer, found: {error}')
+        now, up_ms = time.monotonic(), int.from_bytes(supply[2:], 'little')
+        before, self._last = self._last, (now, up_ms)
+        if before is None:
             return []
+        if not 0 < up_ms - before[1] < (now - before[0] + TIC_DELAY) * 1e3:
+            return self._begin_anew('tic: expected its clock to go on as ours does, found '
+                                    f'{before[1]} and then {up_ms} ms: it was reset, or its '
+                                    'answers are late')
         try:
             return [TicState(
-                device_ns=None, position=_signed(motion[:4]), velocity=_signed(motion[4:]),
-                step_mode=step_mode, operation_state=status[0], misc_flags=status[1],
-                error_status=int.from_bytes(status[2:4], 'little'),
+                device_ns=up_ms * 10**6, position=_signed(motion[:4]),
+                velocity=_signed(motion[4:]), step_mode=step_mode, operation_state=status[0],
+                misc_flags=status[1], error_status=int.from_bytes(status[2:4], 'little'),
                 errors_occurred=int.from_bytes(status[4:8], 'little'),
-                vin_mv=int.from_bytes(supply, 'little'))]
+                vin_mv=int.from_bytes(supply[:2], 'little'))]
         except StateError as error:
             self._refuse(f'tic: {error}')
             return []
+
+    def _begin_anew(self, reason: str) -> list[TicState]:
+        """Refuse what was read, and wait until what was asked for so far has come."""
+        self._refuse(reason)
+        self._quiet_since, self._last = time.monotonic(), None
+        return []
+
+    def _is_quiet(self) -> bool:
+        """Whether no answer is waiting or under way."""
+        if self._line is None:  # over USB an answer belongs to its question
+            return True
+        if count := self._line.in_waiting:
+            self._line.reset_input_buffer()
+            self._begin_anew(f'tic: expected no more than was asked for, found {count} bytes')
+        return time.monotonic() - self._quiet_since > TIC_QUIET
 
     def close(self) -> None:
         """Close the line, or give the USB device back."""
