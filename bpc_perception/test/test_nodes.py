@@ -654,6 +654,20 @@ def test_in_hand_unusable_poses_are_counted_and_not_used(graph: Any, tmp_path: P
     assert bench.received[topics.PROFILE] == []
 
 
+def test_in_hand_poses_that_jump_or_come_twice_are_counted_and_not_used(
+        graph: Any, tmp_path: Path) -> None:
+    bench = thickness(graph, tmp_path, mount='eye_in_hand', patience=0.1)
+    bench.send(topics.PATH, PATH)
+    away = np.eye(4)
+    away[:3, 3] = 0.5
+    for shift, pose_then in ((-10**7, np.eye(4)), (-10**7, np.eye(4)), (10**7, away)):
+        bench.send(topics.POSE, pose_to_message(STAMP + shift, BASE, pose_then))
+    bench.until(lambda: bench.diagnosed('refused: pose') == '2')
+    bench.send_capture(STAMP)
+    bench.until(lambda: bench.diagnosed('refused: end_effector_pose') == '1')
+    assert bench.received[topics.PROFILE] == []
+
+
 def test_a_new_target_takes_effect_at_once(graph: Any, tmp_path: Path) -> None:
     bench = thickness(graph, tmp_path)
     bench.send(topics.PATH, PATH)

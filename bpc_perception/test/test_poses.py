@@ -35,7 +35,7 @@ def test_what_is_no_pose_is_refused(position: tuple[float, ...],
 @pytest.fixture
 def buffer() -> PoseBuffer:
     """Poses at 0, 100 and 300 ms."""
-    made = PoseBuffer()
+    made = PoseBuffer(maximum_speed=np.inf, maximum_turn=np.inf)
     made.add(0, pose((0, 0, 0), (0, 0, 0)))
     made.add(100 * MS, pose((1, 0, 0), (60, 0, 0)))
     made.add(300 * MS, pose((1, 2, 0), (0, 0, 90)))
@@ -84,6 +84,33 @@ def test_late_and_repeated_poses_are_refused(buffer: PoseBuffer, stamp: int) -> 
     np.testing.assert_allclose(kept, pose((1, 2, 0), (0, 0, 90)))
 
 
+@pytest.mark.parametrize('glitch', [pose((0.4, 0, 0)), pose(angles=(0, 40, 0))])
+def test_a_pose_that_cannot_have_been_reached_is_refused(glitch: Array) -> None:
+    buffer = PoseBuffer()
+    for time in range(0, 100, 10):
+        assert buffer.add(time * MS, pose((1e-4 * time, 0, 0)))
+    assert not buffer.add(100 * MS, glitch)
+    assert buffer.add(110 * MS, pose((0.011, 0, 0)))
+    found = buffer.at(100 * MS, 0.1)
+    assert found is not None
+    np.testing.assert_allclose(found, pose((0.01, 0, 0)), atol=1e-12)
+    # What lasts is believed.
+    assert [buffer.add(time * MS, glitch) for time in (120, 300)] == [False, True]
+
+
+def test_after_a_clock_was_set_back_nothing_is_known_of_before() -> None:
+    buffer = PoseBuffer()
+    for time in range(0, 7000, 100):
+        buffer.add(time * MS, pose((1e-4 * time, 0, 0)))
+    assert buffer.add(2000 * MS, pose((0.7, 0, 0)))  # taken after the last of these
+    assert buffer.latest_ns == 2000 * MS
+    assert buffer.at(2050 * MS, 0.1) is None
+    assert buffer.add(2100 * MS, pose((0.71, 0, 0)))
+    found = buffer.at(2050 * MS, 0.1)
+    assert found is not None
+    np.testing.assert_allclose(found[:3, 3], (0.705, 0, 0), atol=1e-12)
+
+
 def test_a_cleared_buffer_takes_earlier_stamps(buffer: PoseBuffer) -> None:
     buffer.clear()
     assert buffer.at(50 * MS, 9) is None
@@ -91,7 +118,7 @@ def test_a_cleared_buffer_takes_earlier_stamps(buffer: PoseBuffer) -> None:
 
 
 def test_only_the_latest_poses_are_kept() -> None:
-    short = PoseBuffer(length=2)
+    short = PoseBuffer(length=2, maximum_speed=np.inf)
     for time in range(3):
         short.add(time * MS, pose((time, 0, 0)))
     assert short.at(0, 9) is None
@@ -100,7 +127,7 @@ def test_only_the_latest_poses_are_kept() -> None:
 
 def test_stamps_of_today_are_told_apart_to_the_nanosecond() -> None:
     now = 1_700_000_000 * 10**9
-    precise = PoseBuffer()
+    precise = PoseBuffer(maximum_speed=np.inf)
     precise.add(now, pose((0, 0, 0)))
     precise.add(now + 1, pose((1, 0, 0)))
     found = precise.at(now + 1, 1)

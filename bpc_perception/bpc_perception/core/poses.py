@@ -10,6 +10,11 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from bpc_perception.core.geometry import Array
 
+# More than the flange of an LBR Med reaches: its joints turn by 85 to 180 degrees/s at most.
+MAXIMUM_SPEED, MAXIMUM_TURN = 5.0, 10.0  # [m/s], [rad/s]
+JITTER, JITTER_TURN = 1e-3, 5e-3  # by which a pose may be off where stamps are [m], [rad]
+SET_BACK = 1.0  # by which a pose is earlier only where a clock was set [s]
+
 
 def pose_matrix(position: Array, quaternion: Array) -> Array:
     """The 4x4 transform of a position (3,) [m] and a unit quaternion (4,) as x, y, z, w.
@@ -34,19 +39,41 @@ def pose_matrix(position: Array, quaternion: Array) -> Array:
 
 
 class PoseBuffer:
-    """The latest poses of a frame, in order of their stamps."""
+    """The latest poses of a frame, in order of their stamps.
 
-    def __init__(self, length: int = 10000) -> None:
+    What the frame cannot have come to is refused; what lasts is believed as soon as there was
+    time enough to get there.
+    """
+
+    def __init__(self, length: int = 10000, maximum_speed: float = MAXIMUM_SPEED,
+                 maximum_turn: float = MAXIMUM_TURN) -> None:
         self._stamps: deque[int] = deque(maxlen=length)
         self._poses: deque[Array] = deque(maxlen=length)
+        self._maximum_speed, self._maximum_turn = maximum_speed, maximum_turn
 
     def add(self, stamp_ns: int, T_target_source: Array) -> bool:
-        """Append a pose (4, 4); False, and nothing kept, unless it is later than the last."""
-        if self._stamps and stamp_ns <= self._stamps[-1]:
-            return False
+        """Append a pose (4, 4); False, and nothing kept, if it is late, or a jump.
+
+        One so much earlier that no network can have held it up is of a clock that was set. Which
+        of the others are of the same clock nobody can say then: they are forgotten.
+        """
+        if self._stamps:
+            passed = (stamp_ns - self._stamps[-1]) * 1e-9
+            if passed < -SET_BACK:
+                self.clear()
+            elif passed <= 0 or not self._reachable(T_target_source, passed):
+                return False
         self._stamps.append(stamp_ns)
         self._poses.append(T_target_source)
         return True
+
+    def _reachable(self, T_target_source: Array, passed: float) -> bool:
+        last = self._poses[-1]
+        distance = math.dist(last[:3, 3].tolist(), T_target_source[:3, 3].tolist())
+        cosine = (float(np.vdot(last[:3, :3], T_target_source[:3, :3])) - 1) / 2
+        turn = math.acos(min(max(cosine, -1.0), 1.0))
+        return (distance <= self._maximum_speed * passed + JITTER
+                and turn <= self._maximum_turn * passed + JITTER_TURN)
 
     def clear(self) -> None:
         """Forget all poses."""

@@ -32,7 +32,7 @@ def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, maximum_lea
     needs a package that is not installed.
     """
     if config.source == 'tf':
-        _follow_tf(node, config, base_frame, diagnostics, take)
+        _follow_tf(node, config, base_frame, maximum_lead, diagnostics, take)
         return
     poses = FlangePoses(config, base_frame)
     warned: list[bool] = []
@@ -57,8 +57,8 @@ def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, maximum_lea
         qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
 
-def _follow_tf(node: Node, config: PoseConfig, base_frame: str, diagnostics: Diagnostics,
-               take: TakePose) -> None:
+def _follow_tf(node: Node, config: PoseConfig, base_frame: str, maximum_lead: float,
+               diagnostics: Diagnostics, take: TakePose) -> None:
     try:
         tf2_ros = import_module('tf2_ros')
     except ImportError as error:
@@ -73,11 +73,12 @@ def _follow_tf(node: Node, config: PoseConfig, base_frame: str, diagnostics: Dia
         try:
             message = buffer.lookup_transform(base_frame, config.flange_frame, Time())
             pose = transform_to_matrix(message.transform)
+            stamp_ns = stamp_to_ns(message.header.stamp)
+            expect_not_ahead(node, 'pose', stamp_ns, maximum_lead)
         except (tf2_ros.TransformException, ConversionError) as error:
             diagnostics.refuse(f'tf: expected {config.flange_frame} in {base_frame}, '
                                f'found: {error}')
             return
-        stamp_ns = stamp_to_ns(message.header.stamp)
         if stamp_ns != latest[0]:
             latest[0] = stamp_ns
             diagnostics.heard('/tf')

@@ -88,7 +88,9 @@ class ThicknessNode(Node):
         return turn
 
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
-        self._session.add_flange_pose(stamp_ns, T_base_flange)
+        if not self._session.add_flange_pose(stamp_ns, T_base_flange):
+            self._diagnostics.refuse('pose: expected one later than the last and within its '
+                                     'reach, found it late, twice or a jump')
 
     def _on_path(self, path: DepositionPath) -> None:
         self._session.set_path(path)
