@@ -48,6 +48,7 @@ class PathJournal:
         self._stream: IO[bytes] | None = None
         self._print_id = ''
         self._points = self._records = self._written_ns = 0
+        self._ended = False
         self._given_up = ''
 
     def resume(self, now_ns: int, within: float) -> GrowingPath | None:
@@ -77,8 +78,8 @@ class PathJournal:
         if path.print_id == self._given_up:
             return
         news = path.finished or len(path) > self._points
-        if path.print_id == self._print_id and not news and (
-                now_ns - self._written_ns < self.PERIOD_NS):
+        recent = now_ns - self._written_ns < self.PERIOD_NS
+        if path.print_id == self._print_id and (self._ended or (recent and not news)):
             return
         try:
             if path.print_id != self._print_id or self._records >= self.RECORDS:
@@ -111,7 +112,7 @@ class PathJournal:
         schema = self._writer.register_schema(
             kind, SchemaEncoding.ROS2, message_definition(kind).encode())
         self._channel = self._writer.register_channel(TOPIC, MessageEncoding.CDR, schema)
-        self._print_id, self._records = path.print_id, 0
+        self._print_id, self._records, self._ended = path.print_id, 0, False
         self._points = path.oldest
 
     def _write(self, path: GrowingPath, now_ns: int) -> None:
@@ -123,4 +124,4 @@ class PathJournal:
         if self._records == 0:
             self._file.with_suffix('.tmp').replace(self._file)
         self._records += 1
-        self._points, self._written_ns = len(path), now_ns
+        self._points, self._written_ns, self._ended = len(path), now_ns, path.finished

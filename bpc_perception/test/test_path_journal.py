@@ -151,6 +151,15 @@ def test_a_print_that_stands_still_is_not_written_all_the_time(tmp_path: Path) -
     assert len(list(Bag(tmp_path / FILE).messages({TOPIC}))) == 20
 
 
+def test_the_end_of_a_print_is_written_once(tmp_path: Path) -> None:
+    path = GrowingPath('print', START_NS)
+    with journal_in(tmp_path) as journal:
+        keep(journal, path, 1, 10, finished=True)
+        for number in range(100):
+            journal.take(path, START_NS + (10 + number) * SECOND)
+    assert len(list(Bag(tmp_path / FILE).messages({TOPIC}))) == 10
+
+
 def test_torn_anywhere_it_holds_what_came_before(tmp_path: Path) -> None:
     known = kept(tmp_path)
     content = (tmp_path / FILE).read_bytes()
