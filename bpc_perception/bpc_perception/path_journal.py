@@ -7,6 +7,7 @@ chunks, so that nothing is held back and nothing piles up for an index.
 
 from __future__ import annotations
 
+from contextlib import suppress
 import os
 from pathlib import Path
 from typing import IO
@@ -55,6 +56,7 @@ class PathJournal:
         """The print that was running up to ``within`` seconds ago; None = there is none.
 
         An ended one is none, nor one of the future: then the clock has jumped.
+        Raises OSError where the file cannot be opened.
         """
         path: GrowingPath | None = None
         try:
@@ -87,11 +89,12 @@ class PathJournal:
             self._write(path, now_ns)
         except OSError:
             self._given_up = path.print_id
-            self.remove()
+            with suppress(OSError):  # the first tells more
+                self.remove()
             raise
 
     def remove(self) -> None:
-        """Forget the print, on disk as well."""
+        """Forget the print, on disk as well. Raises OSError where it stays there."""
         self.close()
         self._file.unlink(missing_ok=True)
 

@@ -336,6 +336,17 @@ def test_a_folder_that_cannot_be_written_to_costs_no_print(graph: Any, tmp_path:
     assert bench.diagnosed('refused: state_folder') == '1'
 
 
+def test_a_journal_that_cannot_be_used_costs_neither_print_nor_service(graph: Any,
+                                                                       tmp_path: Path) -> None:
+    (tmp_path / 'running_print.mcap' / 'folder.mcap').mkdir(parents=True)  # where files should be
+    bench = recorder(graph, state_folder=str(tmp_path))
+    bench.until(lambda: bench.diagnosed('refused: journal') == '1')  # to be read
+    assert len(print_line(bench)[-1].x) > 100
+    bench.until(lambda: bench.diagnosed('refused: journal') == '2')  # to be written
+    assert bench.call('path_recorder/clear').success
+    bench.until(lambda: bench.diagnosed('refused: journal') == '3')  # to be removed
+
+
 def test_a_full_disk_costs_no_print(graph: Any, tmp_path: Path) -> None:
     (tmp_path / 'running_print.tmp').symlink_to('/dev/full')
     bench = recorder(graph, state_folder=str(tmp_path))

@@ -94,7 +94,12 @@ class PathRecorderNode(Node):
             self._diagnostics.refuse(f'state_folder: expected one to write to, found: {error}')
             return None
         now_ns = self.get_clock().now().nanoseconds
-        if (path := journal.resume(now_ns, config.resume_within)) is not None:
+        try:
+            path = journal.resume(now_ns, config.resume_within)
+        except OSError as error:
+            self._diagnostics.refuse(f'journal: expected a print to go on with, found: {error}')
+            return journal
+        if path is not None:
             self._tracker.resume(path, now_ns)
             self._diagnostics.warn(f'print: {path.print_id} is resumed, without what was laid '
                                    'meanwhile')
@@ -115,7 +120,11 @@ class PathRecorderNode(Node):
     def _forget(self) -> None:
         self._tracker.clear()
         if self._journal is not None:
-            self._journal.remove()
+            try:
+                self._journal.remove()
+            except OSError as error:
+                self._diagnostics.refuse('journal: expected to remove the print from disk, '
+                                         f'found: {error}')
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._tracker.start(self.get_clock().now().nanoseconds)
