@@ -26,7 +26,7 @@ from bpc_perception.nodes.path_publisher import PathPublisher
 from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
-from bpc_perception.path_journal import PathJournal
+from bpc_perception.path_journal import OtherSettingsError, PathJournal
 from bpc_perception.whole import inside, whole_bag
 
 
@@ -89,7 +89,7 @@ class PathRecorderNode(Node):
         if not config.state_folder:
             return None
         try:
-            journal = PathJournal(FilePath(config.state_folder), config.base_frame)
+            journal = PathJournal(FilePath(config.state_folder), config)
         except OSError as error:
             self._diagnostics.refuse(f'state_folder: expected one to write to, found: {error}')
             return None
@@ -98,6 +98,9 @@ class PathRecorderNode(Node):
             path = journal.resume(now_ns, config.resume_within)
         except OSError as error:
             self._diagnostics.refuse(f'journal: expected a print to go on with, found: {error}')
+            return journal
+        except OtherSettingsError as error:
+            self._diagnostics.warn(f'{error}; it is not resumed')
             return journal
         if path is not None:
             self._tracker.resume(path, now_ns)
