@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import lz4.frame
 from mcap.reader import make_reader, Summary
-from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import breakup_chunk, StreamReader
 import zstandard
 
@@ -82,6 +82,12 @@ def summary(file: Path) -> Summary | None:
         return None
 
 
+def metadata(file: Path, name: str) -> dict[str, str]:
+    """What the first metadata record of this name says; nothing where there is none."""
+    return next((record.metadata for record in _records(file)
+                 if isinstance(record, Metadata) and record.name == name), {})
+
+
 def messages(file: Path) -> Iterator[RawMessage]:
     """All messages that are whole, in the order of the file, which is that of recording.
 
@@ -103,7 +109,7 @@ def messages(file: Path) -> Iterator[RawMessage]:
 
 
 def _records(file: Path) -> Iterator[McapRecord]:
-    """Schemas, channels and messages, in chunks or not."""
+    """All records; those in a chunk in its place."""
     # On damaged bytes the package lets through what its parts raise: struct.error, MemoryError,
     # UnicodeDecodeError, KeyError, the decompressors' own and more.
     with file.open('rb') as stream:

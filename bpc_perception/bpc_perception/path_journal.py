@@ -7,6 +7,7 @@ chunks, so that nothing is held back and nothing piles up for an index.
 
 from __future__ import annotations
 
+from contextlib import suppress
 import os
 from pathlib import Path
 from typing import IO
@@ -16,12 +17,20 @@ from mcap.writer import Writer
 from rclpy.serialization import serialize_message
 
 from bpc_interfaces.msg import DepositionPathUpdate
-from bpc_perception import topics
+from bpc_perception import mcap_file, topics
 from bpc_perception.bag import Bag, BagError, message_definition
 from bpc_perception.conversions import ConversionError, path_from_message, path_to_message
+from bpc_perception.core.config import flatten, RecorderConfig
 from bpc_perception.core.growing_path import GrowingPath
 
 TOPIC = f'/{topics.PATH_UPDATE}'
+SETTINGS = 'path_recorder'  # name of the metadata
+# What the points of a path depend on.
+DECISIVE = ('base_frame', 'nozzle_offset', 'pose.', 'path.')
+
+
+class OtherSettingsError(ValueError):
+    """A print was left off with settings that make other points of the same poses."""
 
 
 def default_folder(namespace: str = '') -> Path:
@@ -40,20 +49,27 @@ class PathJournal:
     RECORDS = 3000  # after which the file is begun anew with the whole path: so it is read quickly
     PERIOD_NS = 500_000_000  # in which it is said that a print without news goes on
 
-    def __init__(self, folder: Path, frame_id: str) -> None:
+    def __init__(self, folder: Path, config: RecorderConfig) -> None:
         """Raises OSError where the folder cannot be made."""
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / 'running_print.mcap'
-        self._frame_id = frame_id
+        self._frame_id = config.base_frame
+        self._settings = {name: str(value) for name, _, value in flatten(config)
+                          if name.startswith(DECISIVE)}
         self._stream: IO[bytes] | None = None
         self._print_id = ''
         self._points = self._records = self._written_ns = 0
+        self._ended = False
         self._given_up = ''
 
     def resume(self, now_ns: int, within: float) -> GrowingPath | None:
         """The print that was running up to ``within`` seconds ago; None = there is none.
 
         An ended one is none, nor one of the future: then the clock has jumped.
+
+        Raises:
+            OSError: the file cannot be opened.
+            OtherSettingsError: it was left off with others, so its points do not fit to new ones.
         """
         path: GrowingPath | None = None
         try:
@@ -67,6 +83,12 @@ class PathJournal:
             return None
         if path is None or path.finished or not 0 <= now_ns - self._written_ns <= within * 1e9:
             return None
+        before = mcap_file.metadata(self._file, SETTINGS)
+        others = [f'{name} {before.get(name, "unknown")} instead of {value}'
+                  for name, value in self._settings.items() if before.get(name) != value]
+        if others:
+            raise OtherSettingsError(f'print: expected {path.print_id} to be of the same '
+                                     f'settings, found {", ".join(others)}')
         return path
 
     def take(self, path: GrowingPath, now_ns: int) -> None:
@@ -77,8 +99,8 @@ class PathJournal:
         if path.print_id == self._given_up:
             return
         news = path.finished or len(path) > self._points
-        if path.print_id == self._print_id and not news and (
-                now_ns - self._written_ns < self.PERIOD_NS):
+        recent = now_ns - self._written_ns < self.PERIOD_NS
+        if path.print_id == self._print_id and (self._ended or (recent and not news)):
             return
         try:
             if path.print_id != self._print_id or self._records >= self.RECORDS:
@@ -86,11 +108,12 @@ class PathJournal:
             self._write(path, now_ns)
         except OSError:
             self._given_up = path.print_id
-            self.remove()
+            with suppress(OSError):  # the first tells more
+                self.remove()
             raise
 
     def remove(self) -> None:
-        """Forget the print, on disk as well."""
+        """Forget the print, on disk as well. Raises OSError where it stays there."""
         self.close()
         self._file.unlink(missing_ok=True)
 
@@ -107,11 +130,12 @@ class PathJournal:
         self._stream = self._file.with_suffix('.tmp').open('wb', buffering=0)
         self._writer = Writer(self._stream, use_chunking=False)
         self._writer.start(Profile.ROS2, library='bpc')
+        self._writer.add_metadata(SETTINGS, self._settings)
         kind = topics.type_name(DepositionPathUpdate)
         schema = self._writer.register_schema(
             kind, SchemaEncoding.ROS2, message_definition(kind).encode())
         self._channel = self._writer.register_channel(TOPIC, MessageEncoding.CDR, schema)
-        self._print_id, self._records = path.print_id, 0
+        self._print_id, self._records, self._ended = path.print_id, 0, False
         self._points = path.oldest
 
     def _write(self, path: GrowingPath, now_ns: int) -> None:
@@ -123,4 +147,4 @@ class PathJournal:
         if self._records == 0:
             self._file.with_suffix('.tmp').replace(self._file)
         self._records += 1
-        self._points, self._written_ns = len(path), now_ns
+        self._points, self._written_ns, self._ended = len(path), now_ns, path.finished

@@ -16,7 +16,12 @@ from threading import Event
 import time
 from typing import Any
 
-from bpc_perception.core.config import ConfigError, parameters_of, ThicknessConfig
+from bpc_perception.core.config import (
+    ConfigError,
+    parameters_of,
+    RecorderConfig,
+    ThicknessConfig,
+)
 from bpc_perception.core.geometry import Array
 from bpc_perception.core.growing_path import GrowingPath
 import numpy as np
@@ -50,6 +55,7 @@ from bpc_perception.nodes.camera_driver import CameraDriverNode
 from bpc_perception.nodes.path_follower import PathFollower
 from bpc_perception.nodes.path_recorder import PathRecorderNode
 from bpc_perception.nodes.thickness import ThicknessNode
+from bpc_perception.path_journal import PathJournal
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
@@ -334,6 +340,30 @@ def test_a_folder_that_cannot_be_written_to_costs_no_print(graph: Any, tmp_path:
     bench = recorder(graph, state_folder=str(tmp_path / 'file'))
     assert len(print_line(bench)[-1].x) > 100
     assert bench.diagnosed('refused: state_folder') == '1'
+
+
+def test_a_print_left_off_with_another_nozzle_is_not_gone_on_with(graph: Any,
+                                                                  tmp_path: Path) -> None:
+    config = RecorderConfig(nozzle_offset=(0.0, 0.0, 0.1))
+    path = GrowingPath('left_off', START_NS)
+    path.extend(0, replace(pixel_path((0, 0), (9, 0)), print_id='left_off', finished=False))
+    journal = PathJournal(tmp_path, config)
+    journal.take(path, time.time_ns())
+    journal.close()
+    bench = recorder(graph, state_folder=str(tmp_path))
+    bench.until(lambda: 'nozzle_offset' in bench.diagnosed('last warning'))
+    assert path_from_message(print_line(bench)[-1]).print_id != 'left_off'
+
+
+def test_a_journal_that_cannot_be_used_costs_neither_print_nor_service(graph: Any,
+                                                                       tmp_path: Path) -> None:
+    (tmp_path / 'running_print.mcap' / 'folder.mcap').mkdir(parents=True)  # where files should be
+    bench = recorder(graph, state_folder=str(tmp_path))
+    bench.until(lambda: bench.diagnosed('refused: journal') == '1')  # to be read
+    assert len(print_line(bench)[-1].x) > 100
+    bench.until(lambda: bench.diagnosed('refused: journal') == '2')  # to be written
+    assert bench.call('path_recorder/clear').success
+    bench.until(lambda: bench.diagnosed('refused: journal') == '3')  # to be removed
 
 
 def test_a_full_disk_costs_no_print(graph: Any, tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_a_straight_line_is_resampled_exactly() -> None:
 
 
 def test_poses_further_apart_than_the_spacing_are_interpolated() -> None:
-    times = np.array((0.0, 0.2, 0.41))  # a pose each 2 mm
+    times = np.array((0.0, 0.15, 0.3, 0.41))  # a pose each 1.5 mm
     path = assemble(times, along_x(times), states_until(0.6)).path()
     np.testing.assert_allclose(path.points[:, 0], 2e-4 * np.arange(21), atol=1e-12)
     np.testing.assert_allclose(path.time, 0.02 * np.arange(21), atol=1e-9)
@@ -74,7 +74,7 @@ def test_smoothing_leaves_uniform_motion_as_it_is_with_irregular_poses() -> None
     assert (np.diff(path.time) > 0).all()
 
 
-@pytest.mark.parametrize(('gap', 'bridged'), [(0.49, True), (0.52, False)])
+@pytest.mark.parametrize(('gap', 'bridged'), [(0.19, True), (0.22, False)])
 def test_smoothing_does_not_change_what_counts_as_missing(gap: float, bridged: bool) -> None:
     times = np.concatenate((np.arange(0, 1.0001, 0.01), 1 + np.arange(gap, 2, 0.01)))
     path = assemble(times, along_x(times), states_until(3.1), PathConfig()).path()
@@ -132,8 +132,31 @@ def test_no_points_are_invented_where_poses_are_missing() -> None:
     np.testing.assert_allclose(path.arc_length, path.points[:, 0], atol=1e-12)
 
 
+@pytest.mark.parametrize('smoothing_time', [0, 0.1])
+def test_a_curve_is_not_cut_short_where_poses_are_missing(smoothing_time: float) -> None:
+    radius, speed, hole = 0.005, 0.03, (0.5, 0.8)
+    times = np.arange(0, 1.5, 0.005)
+    times = times[(times <= hole[0]) | (times >= hole[1])]
+    angle = times * speed / radius
+    tips = radius * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(angle))))
+    path = assemble(times, tips, states_until(1.5),
+                    PathConfig(smoothing_time=smoothing_time)).path()
+    # What averaging over an arc takes off its radius.
+    half = smoothing_time / 2 * speed / radius
+    averaged = radius * np.sinc(half / np.pi)
+    off = np.hypot(*path.points[:, :2].T)
+    assert averaged - 5e-5 < off.min()
+    assert off.max() < radius + 5e-5
+    steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
+    (before,) = np.flatnonzero(steps > 1e-3)  # the one jump is the hole
+    assert path.time[before] <= hole[0]
+    assert path.time[before + 1] >= hole[1]
+    chord = 2 * radius * np.sin((hole[1] - hole[0]) * speed / radius / 2)
+    assert steps[before] == pytest.approx(chord, rel=0.25)
+
+
 def test_short_gaps_between_poses_are_bridged() -> None:
-    times = np.concatenate((np.arange(0, 1.0001, 0.01), np.arange(1.49, 3, 0.01)))
+    times = np.concatenate((np.arange(0, 1.0001, 0.01), np.arange(1.19, 3, 0.01)))
     path = assemble(times, along_x(times), states_until(3.1)).path()
     np.testing.assert_allclose(np.diff(path.points[:, 0]), 2e-4, atol=1e-12)
 

@@ -11,6 +11,7 @@ import resource
 import subprocess
 import sys
 
+from bpc_perception.core.config import PathConfig, PoseConfig, RecorderConfig
 from bpc_perception.core.growing_path import GrowingPath
 from bpc_perception.core.path import DepositionPath
 import numpy as np
@@ -19,10 +20,11 @@ import pytest
 
 pytest.importorskip('rclpy')
 from bpc_perception.bag import Bag
-from bpc_perception.path_journal import default_folder, PathJournal, TOPIC
+from bpc_perception.path_journal import default_folder, OtherSettingsError, PathJournal, TOPIC
 
 pytestmark = pytest.mark.ros
 FILE = 'running_print.mcap'
+CONFIG = RecorderConfig()
 COUNT = 40
 
 
@@ -39,7 +41,7 @@ def grow(path: GrowingPath, target: DepositionPath, count: int, finished: bool =
 
 @contextmanager
 def journal_in(folder: Path) -> Iterator[PathJournal]:
-    journal = PathJournal(folder, 'base')
+    journal = PathJournal(folder, CONFIG)
     try:
         yield journal
     finally:
@@ -64,7 +66,7 @@ def kept(folder: Path, count: int = COUNT, finished: bool = False) -> Deposition
 
 def resumed(folder: Path, later: float = 1.0, count: int = COUNT,
             within: float = 30.0) -> DepositionPath | None:
-    path = PathJournal(folder, 'base').resume(
+    path = PathJournal(folder, CONFIG).resume(
         START_NS + round((count + later) * SECOND), within)
     return None if path is None else path.path()
 
@@ -99,7 +101,7 @@ def test_what_is_forgotten_of_a_long_print_stays_so(tmp_path: Path,
     monkeypatch.setattr(GrowingPath, 'MAXIMUM', 16)
     monkeypatch.setattr(PathJournal, 'RECORDS', 5)
     known = kept(tmp_path)
-    path = PathJournal(tmp_path, 'base').resume(START_NS + 41 * SECOND, 30.0)
+    path = PathJournal(tmp_path, CONFIG).resume(START_NS + 41 * SECOND, 30.0)
     assert path is not None
     assert len(path) == COUNT
     np.testing.assert_array_equal(path.path().points[-8:], known.points[-8:])
@@ -116,6 +118,35 @@ def test_a_stale_print_is_not_resumed(tmp_path: Path, later: float, found: bool)
 def test_an_ended_print_is_not_resumed(tmp_path: Path) -> None:
     kept(tmp_path, finished=True)
     assert resumed(tmp_path) is None
+
+
+@pytest.mark.parametrize(('changed', 'named'), [
+    (replace(CONFIG, nozzle_offset=(0.0, 0.0, 0.1)),
+     r'nozzle_offset \(0.0, 0.0, 0.0\) instead of \(0.0, 0.0, 0.1\)'),
+    (replace(CONFIG, base_frame='table'), 'base_frame lbr_link_0 instead of table'),
+    (replace(CONFIG, pose=PoseConfig(source='tf')), 'pose.source pose_stamped instead of tf'),
+    (replace(CONFIG, path=PathConfig(spacing=1e-3, smoothing_time=0)),
+     'path.spacing 0.0002 instead of 0.001, path.smoothing_time 0.1 instead of 0.0')])
+def test_a_print_left_off_under_other_settings_is_not_resumed(
+        tmp_path: Path, changed: RecorderConfig, named: str) -> None:
+    known = kept(tmp_path)
+    now_ns = START_NS + (COUNT + 1) * SECOND
+    with pytest.raises(OtherSettingsError, match=f'found {named}$'):
+        PathJournal(tmp_path, changed).resume(now_ns, 30.0)
+    # One that is too old is none, and nothing has to be said of it.
+    assert PathJournal(tmp_path, changed).resume(now_ns + 30 * SECOND, 30.0) is None
+    # What the points do not depend on may change.
+    path = PathJournal(tmp_path, replace(CONFIG, publish_rate=10.0)).resume(now_ns, 30.0)
+    assert path is not None
+    assert_same(path.path(), known)
+
+
+def test_a_print_left_off_under_unknown_settings_is_not_resumed(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('mcap.writer.Writer.add_metadata', lambda *_: None)
+    kept(tmp_path)
+    with pytest.raises(OtherSettingsError, match='found base_frame unknown instead of lbr_link_0'):
+        resumed(tmp_path)
 
 
 def test_of_two_prints_the_newer_is_resumed(tmp_path: Path) -> None:
@@ -138,7 +169,7 @@ def test_every_namespace_of_a_domain_has_a_folder_of_its_own(
 def test_without_a_print_there_is_none(tmp_path: Path) -> None:
     assert resumed(tmp_path / 'new') is None
     kept(tmp_path)
-    PathJournal(tmp_path, 'base').remove()
+    PathJournal(tmp_path, CONFIG).remove()
     assert resumed(tmp_path) is None
 
 
@@ -149,6 +180,15 @@ def test_a_print_that_stands_still_is_not_written_all_the_time(tmp_path: Path) -
         for number in range(1000):
             journal.take(path, START_NS + number * SECOND // 100)
     assert len(list(Bag(tmp_path / FILE).messages({TOPIC}))) == 20
+
+
+def test_the_end_of_a_print_is_written_once(tmp_path: Path) -> None:
+    path = GrowingPath('print', START_NS)
+    with journal_in(tmp_path) as journal:
+        keep(journal, path, 1, 10, finished=True)
+        for number in range(100):
+            journal.take(path, START_NS + (10 + number) * SECOND)
+    assert len(list(Bag(tmp_path / FILE).messages({TOPIC}))) == 10
 
 
 def test_torn_anywhere_it_holds_what_came_before(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bpc_perception.core.geometry import Array, transform
+from bpc_perception.core.sections import smoothed_tangents
 from bpc_perception.core.thickness import (
     containing_contour,
     fit_plane,
@@ -95,6 +96,21 @@ def test_a_single_point_has_no_tangent(count: int) -> None:
     found = tangents(np.zeros((count, 3)))
     assert found.shape == (count, 3)
     assert np.isnan(found).all()
+
+
+@pytest.mark.parametrize('hole', [0.01, 0.4, 1.0, 3.0])
+def test_next_to_a_hole_the_direction_is_that_of_the_curve(hole: float) -> None:
+    angle = np.arange(0, 6, 0.04)  # each 0.2 mm on a circle of 5 mm
+    # Pieces of many, one, many, two and many points.
+    pieces = np.split(angle, (50, 51, 90, 92))
+    angle = np.concatenate([piece + number * hole for number, piece in enumerate(pieces)])
+    circle = 5e-3 * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(angle))))
+    found = smoothed_tangents(circle, np.arange(len(angle)), 1e-3)
+    expected = np.column_stack((-np.sin(angle), np.cos(angle), np.zeros(len(angle))))
+    known = np.ones(len(angle), bool)
+    known[50] = hole < 0.2  # one point alone has no direction of its own
+    # Of two points, the chord between them.
+    np.testing.assert_allclose(found[known], expected[known], atol=0.021)
 
 
 # Which contour holds a point

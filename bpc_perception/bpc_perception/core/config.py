@@ -205,7 +205,7 @@ class PathConfig(Config):
         's', 0, 10, read_only=True)] = 0.1
     maximum_gap: Annotated[float, Parameter(
         'Time without a pose after which the path between is unknown', 's', 0.01, 60,
-        read_only=True)] = 0.5
+        read_only=True)] = 0.2  # as watch.warn_after: what is warned of is not bridged
     maximum_speed: Annotated[float, Parameter(
         'Of the nozzle tip; a pose that it cannot have reached is refused', 'm/s', 0.01, 100,
         read_only=True)] = 2.0

@@ -155,16 +155,21 @@ def smoothed_tangents(points: Array, index: Index, length: float) -> Array:
     """Unit tangents (N, 3) over a ``length`` [m] of the path (P, 3) around points (N,) of it."""
     spacing = typical_spacing(points)
     reach = int(np.clip(round(length / 2 / spacing), 1, max((len(points) - 1) // 2, 1)))
-    last = len(points) - 1
+    # Which way it went across a hole, where poses are missing or the nozzle was lifted, is not
+    # known: each piece between holes has directions of its own.
+    away = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    holes = np.flatnonzero(away > max(length, 2 * spacing))
+    piece = np.searchsorted(holes, index)
+    first, last = np.append(0, holes + 1)[piece], np.append(holes, len(points) - 1)[piece]
     # As far back as ahead, so that a bend does not turn the tangent.
-    near = np.minimum(reach, np.minimum(index, last - index))
+    near = np.minimum(reach, np.minimum(index - first, last - index))
     step = points[index + near] - points[index - near]
-    if len(points) >= 3:  # at the ends a parabola takes the place of the missing side
-        step[index == 0] = 4 * points[reach] - 3 * points[0] - points[min(2 * reach, last)]
-        step[index == last] = (3 * points[-1] - 4 * points[last - reach]
-                               + points[max(last - 2 * reach, 0)])
-    else:
-        step[:] = points[-1] - points[0]
+    # At the ends a parabola takes the place of the missing side.
+    for ends, way in ((index == last, -1), (index == first, 1)):
+        here, room = index[ends], (last - first)[ends]
+        by = np.clip(room // 2, 1, reach)
+        one, two = (points[here + way * np.minimum(far, room)] for far in (by, 2 * by))
+        step[ends] = way * (4 * one - 3 * points[here] - two)
     # Where the path turns back on itself, or stands, the direction next to that counts.
     moving = np.flatnonzero(np.linalg.norm(step, axis=1) > 0)
     if len(moving):

@@ -26,7 +26,7 @@ from bpc_perception.nodes.path_publisher import PathPublisher
 from bpc_perception.nodes.pose_source import subscribe_poses
 from bpc_perception.nodes.process import be_a_good_neighbour
 from bpc_perception.nodes.run import run
-from bpc_perception.path_journal import PathJournal
+from bpc_perception.path_journal import OtherSettingsError, PathJournal
 from bpc_perception.whole import inside, whole_bag
 
 
@@ -89,12 +89,20 @@ class PathRecorderNode(Node):
         if not config.state_folder:
             return None
         try:
-            journal = PathJournal(FilePath(config.state_folder), config.base_frame)
+            journal = PathJournal(FilePath(config.state_folder), config)
         except OSError as error:
             self._diagnostics.refuse(f'state_folder: expected one to write to, found: {error}')
             return None
         now_ns = self.get_clock().now().nanoseconds
-        if (path := journal.resume(now_ns, config.resume_within)) is not None:
+        try:
+            path = journal.resume(now_ns, config.resume_within)
+        except OSError as error:
+            self._diagnostics.refuse(f'journal: expected a print to go on with, found: {error}')
+            return journal
+        except OtherSettingsError as error:
+            self._diagnostics.warn(f'{error}; it is not resumed')
+            return journal
+        if path is not None:
             self._tracker.resume(path, now_ns)
             self._diagnostics.warn(f'print: {path.print_id} is resumed, without what was laid '
                                    'meanwhile')
@@ -115,7 +123,11 @@ class PathRecorderNode(Node):
     def _forget(self) -> None:
         self._tracker.clear()
         if self._journal is not None:
-            self._journal.remove()
+            try:
+                self._journal.remove()
+            except OSError as error:
+                self._diagnostics.refuse('journal: expected to remove the print from disk, '
+                                         f'found: {error}')
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._tracker.start(self.get_clock().now().nanoseconds)
