@@ -25,6 +25,9 @@ TEXTS = {name: (ROOT / name).read_text(encoding='utf-8')
 README = TEXTS['README.md']
 REMAKE = 'made anew by: python test/bpc_system_tests/reference.py'
 ENV = 'env'  # answered by the set-up, before there is a command line
+# Packages for which rosdep has no key, or one that Ubuntu 24.04 refuses.
+NOT_OF_ROSDEP = {'mcap', 'rosbags', 'lz4', 'zstandard', 'plotly', 'ticlib', 'matplotlib',
+                 'distributed', 'pyarrow', 'nicegui'}
 
 
 def options() -> dict[str, set[str]]:
@@ -39,6 +42,25 @@ def launch_arguments(file: Path) -> set[str]:
     """The names that a launch file declares, as far as they are written in it as strings."""
     return {node.value for node in ast.walk(ast.parse(file.read_text(encoding='utf-8')))
             if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+
+
+def section(heading: str) -> str:
+    """The part of the README under a heading."""
+    return README.split(f'\n## {heading}\n')[1].split('\n## ')[0]
+
+
+def loaded_with(module: str, known: set[str]) -> set[str]:
+    """Adds to the names known all that is imported as soon as a module of ours is."""
+    stem = ROOT / 'bpc_perception' / module.replace('.', '/')
+    for file in (stem.with_suffix('.py'), stem / '__init__.py'):
+        for statement in ast.parse(file.read_text('utf-8')).body if file.exists() else ():
+            names = [alias.name for alias in getattr(statement, 'names', ())]
+            if isinstance(statement, ast.ImportFrom):
+                names = [f'{statement.module}.{name}' for name in names] + [str(statement.module)]
+            for name in {*names} - known:
+                known.add(name)
+                loaded_with(name, known)
+    return known
 
 
 @pytest.mark.parametrize('path', [path for path, _ in reference.files()],
@@ -125,6 +147,14 @@ def test_launched_nodes_are_installed(package: str) -> None:
     assert launched
     for executable in launched:
         assert f"'{executable} = {package}." in setup, executable
+
+
+@pytest.mark.parametrize('node', ['path_recorder', 'thickness', 'composed', 'extruder_bridge'])
+def test_what_rosdep_lacks_of_a_node_is_installed_by_pip(node: str) -> None:
+    needed = {name.split('.')[0] for name in loaded_with(f'bpc_perception.nodes.{node}', set())}
+    installed = re.findall(r'^python3 -m pip install .*$',
+                           section('With an installed ROS 2 Jazzy'), re.MULTILINE)
+    assert needed & NOT_OF_ROSDEP <= set(' '.join(installed).split())
 
 
 def test_every_topic_is_described() -> None:
