@@ -7,13 +7,14 @@ from pathlib import Path
 import re
 
 from bpc_perception.cli import app
-from bpc_perception.core.config import flatten
+from bpc_perception.core.config import CameraConfig, flatten
 from bpc_perception.core.profile import Status
-from bpc_perception.parameter_files import configure
+from bpc_perception.parameter_files import configure, live_recorder
 from bpc_sim.scenarios import SCENARIOS
 import cv2
 import pytest
 import typer
+import yaml
 
 from bpc_perception import topics
 
@@ -77,6 +78,17 @@ def test_parameter_file_gives_the_defaults(node: str) -> None:
     assert configure(default, node, path) == default
     text = path.read_text(encoding='utf-8')
     assert all(f'\n    {name}: ' in text for name, _, _ in flatten(default))
+
+
+def test_the_example_for_a_printer_is_whole_and_accepted(tmp_path: Path) -> None:
+    example, = re.findall(r'```yaml\n(.*?)```', section('On a printer'), re.DOTALL)
+    assert set(yaml.safe_load(example)) == {'/**', *reference.FILES}
+    file = tmp_path / 'cell.yaml'
+    file.write_text(example)
+    for node, kind in reference.FILES.items():
+        configure(kind(), node, file)
+    assert configure(CameraConfig(), 'camera_driver', file).rate > 0  # or it takes nothing
+    live_recorder(file)
 
 
 @pytest.mark.parametrize('name', TEXTS)
