@@ -91,6 +91,15 @@ def test_the_example_for_a_printer_is_whole_and_accepted(tmp_path: Path) -> None
     live_recorder(file)
 
 
+@pytest.mark.parametrize('name', ['check', 'live', 'record', 'calibrate handeye'])
+def test_examples_for_a_rig_name_its_parameters(name: str) -> None:
+    outside_tables = re.sub(r'^\|.*$', '', README, flags=re.MULTILINE)
+    found = re.findall(rf'\./bpc {name} [^`\n]*--(?:handeye|out|mount)\b[^`\n]*', outside_tables)
+    assert found
+    for command in found:
+        assert '--params' in command, command
+
+
 @pytest.mark.parametrize('name', TEXTS)
 def test_commands_exist(name: str) -> None:
     known = options()
