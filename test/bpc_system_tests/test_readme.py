@@ -183,6 +183,12 @@ def test_every_topic_is_described() -> None:
         assert f'| `{name}` |' in README, name
 
 
+def test_what_is_recorded_is_listed() -> None:
+    kept, = re.findall(r'\nIt keeps, (.*?)\. Not kept', README, re.DOTALL)
+    assert set(re.findall(r'`([\w/]+)`', kept)) == {
+        *topics.CAMERA, *topics.PRINT, *topics.ROBOT, *topics.RESULTS}
+
+
 def test_every_status_and_scenario_is_described() -> None:
     for status in Status:
         assert f'\n| `{status.name}` |' in README, status
