@@ -77,6 +77,7 @@ def test_parameter_file_gives_the_defaults(node: str) -> None:
     path = reference.CONFIG / f'{node}.yaml'
     assert configure(default, node, path) == default
     text = path.read_text(encoding='utf-8')
+    assert f'[{path.name}](bpc_perception/config/{path.name})' in section('On a printer')
     assert all(f'\n    {name}: ' in text for name, _, _ in flatten(default))
 
 
