@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from itertools import pairwise
 from pathlib import Path
 import re
 
@@ -19,10 +20,11 @@ import yaml
 from bpc_perception import topics
 
 from . import reference
+from .test_faults import TESTS
 
 ROOT = reference.ROOT
 TEXTS = {name: (ROOT / name).read_text(encoding='utf-8')
-         for name in ('README.md', 'CONTRIBUTING.md', 'bags/README.md')}
+         for name in ('README.md', 'CONTRIBUTING.md', 'bags/README.md', 'docs/faults.md')}
 README = TEXTS['README.md']
 REMAKE = 'made anew by: python test/bpc_system_tests/reference.py'
 ENV = 'env'  # answered by the set-up, before there is a command line
@@ -133,6 +135,18 @@ def test_files_exist(name: str) -> None:
         assert ((ROOT / name).parent / target).exists(), target
     for target in programs:
         assert (ROOT / target).exists(), target
+
+
+@pytest.mark.parametrize('name', ['README.md', 'CONTRIBUTING.md', 'docs/faults.md'])
+def test_tests_exist(name: str) -> None:
+    found = re.findall(r'(?:pytest|\./bpc test --)((?: [^\s`]+)+)', TEXTS[name])
+    arguments = [each for command in found for each in command.split()]
+    for file in arguments:
+        assert not file.endswith('.py') or (ROOT / file).exists(), file
+    chosen = [after for option, after in pairwise(arguments) if option == '-k']
+    assert chosen
+    for part in chosen:
+        assert any(part in test for test in TESTS), part
 
 
 def test_sections_linked_to_exist() -> None:
