@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import NamedTuple
 
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.transport import users_profile
 
 OK, WARN, FAIL = 'OK', 'WARN', 'FAIL'
@@ -133,11 +134,19 @@ def judge_calibration(mount: str, age_days: float) -> Finding:
     return Finding(OK, 'hand-eye calibration', found)
 
 
-def judge_target(target: float) -> Finding:
-    """Whether there is a thickness to reach [m]."""
+def judge_target(target: float, file: str = '') -> Finding:
+    """Whether there is a thickness to reach: the same everywhere [m], or that of a table."""
+    if file:
+        try:
+            wanted = WidthTargets.read(file).thickness
+        except (OSError, ValueError) as error:
+            return Finding(FAIL, 'target thickness', str(error), 'correct advice.target_file')
+        return Finding(OK, 'target thickness', f'{wanted.min() * 1e3:g} to '
+                       f'{wanted.max() * 1e3:g} mm in {file}')
     if not target:
         return Finding(WARN, 'target thickness', 'none',
-                       'without advice.target_thickness no advice is valid')
+                       'without advice.target_thickness or advice.target_file no advice is '
+                       'valid')
     return Finding(OK, 'target thickness', f'{target * 1e3:g} mm')
 
 
@@ -167,12 +176,17 @@ def judge_transport(environment: Mapping[str, str], shared_memory: float) -> Ite
     yield Finding(OK, 'discovery', f'{reach}, domain {environment.get("ROS_DOMAIN_ID", "0")}')
 
 
-def judge_extruder(error_names: str, position_uncertain: bool,
+def judge_extruder(error_names: str, position_uncertain: bool, velocity_known: bool,
                    flow_known: bool) -> Iterator[Finding]:
     """What the extruder says of itself."""
     if error_names:
         yield Finding(FAIL, 'extruder', f'the motor is stopped: {error_names}',
                       'clear the error at the driver')
+    if position_uncertain and not velocity_known and not flow_known:
+        yield Finding(WARN, 'extruder', 'neither its position nor its flow is known', 'back_end '
+                      'bool of extruder_bridge knows neither; for others set plunger.lead and '
+                      'plunger.bore')
+        return
     if position_uncertain:
         yield Finding(WARN, 'extruder', 'its position is uncertain', 'home it')
     if not flow_known:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from bpc_perception.preflight import (
     FAIL,
@@ -88,6 +89,16 @@ def test_settings() -> None:
     assert [judge_disk('.', free).level for free in (1e8, 5e9, 5e10)] == [FAIL, WARN, OK]
 
 
+def test_a_table_of_targets_is_a_target(tmp_path: Path) -> None:
+    file = tmp_path / 'targets.csv'
+    assert judge_target(0, str(file)).level == FAIL
+    file.write_text('arc_length_mm,thickness_mm\n0,1.5\n100,2\n')
+    found = judge_target(0, str(file))
+    assert (found.level, '1.5 to 2 mm' in found.found) == (OK, True)
+    file.write_text('arc_length_mm,thickness_mm\n0,-1\n')
+    assert judge_target(0.002, str(file)).level == FAIL
+
+
 def test_transport() -> None:
     assert levels(judge_transport({}, 1e9)) == {OK}
     assert WARN in levels(judge_transport({'RMW_IMPLEMENTATION': 'rmw_cyclonedds_cpp'}, 1e9))
@@ -96,7 +107,14 @@ def test_transport() -> None:
 
 
 def test_extruder() -> None:
-    assert levels(judge_extruder('', False, True)) == {OK}
-    assert levels(judge_extruder('low VIN', False, True)) == {FAIL}
-    assert levels(judge_extruder('', True, True)) == {WARN}
-    assert levels(judge_extruder('', False, False)) == {WARN}
+    assert levels(judge_extruder('', False, True, True)) == {OK}
+    assert levels(judge_extruder('low VIN', False, True, True)) == {FAIL}
+    assert levels(judge_extruder('', True, True, True)) == {WARN}
+    assert levels(judge_extruder('', False, True, False)) == {WARN}
+    assert levels(judge_extruder('', True, True, False)) == {WARN}
+
+
+def test_an_extruder_that_tells_only_whether_ink_flows_is_not_sent_home() -> None:
+    found, = judge_extruder('', True, False, False)
+    assert (found.level, 'home' in found.todo) == (WARN, False)
+    assert 'bool' in found.todo

@@ -22,7 +22,7 @@ from bpc_perception import topics
 from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.conversions import ConversionError
-from bpc_perception.core.config import ConfigError, RecorderConfig, ThicknessConfig
+from bpc_perception.core.config import CameraConfig, ConfigError, RecorderConfig, ThicknessConfig
 from bpc_perception.core.extruder import error_names
 from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.handeye import load_hand_eye
@@ -44,15 +44,16 @@ DAY = 86400.0  # [s]
 
 
 class Listener:
-    """Hears what the rig publishes for a while."""
+    """Hears what the rig publishes for a while; of the camera only where it publishes already."""
 
-    def __init__(self, node: Node, recorder: RecorderConfig, others: dict[str, str]) -> None:
+    def __init__(self, node: Node, recorder: RecorderConfig, others: dict[str, str],
+                 camera: bool = True) -> None:
         self._node = node
         self._poses = FlangePoses(recorder.pose, recorder.base_frame)
         self._timed = recorder.pose.source != 'pose'
         self.extruder: Any = None
         self.heard: list[Heard] = []
-        for name, kind in topics.CAMERA.items():
+        for name, kind in topics.CAMERA.items() if camera else ():
             # Not taken apart: a cloud may have 37 MB.
             self._listen(others.get(name, name), 'camera', kind, topics.CAMERA_QOS, raw=True)
         if recorder.pose.source != 'tf':
@@ -101,6 +102,7 @@ class Listener:
         if self.extruder is not None:
             yield from judge_extruder(error_names(self.extruder.error_status),
                                       bool(self.extruder.position_uncertain),
+                                      bool(np.isfinite(self.extruder.plunger_velocity)),
                                       bool(np.isfinite(self.extruder.flow_rate)))
 
 
@@ -109,6 +111,10 @@ def check(
         '--handeye', metavar='FILE', help='Hand-eye calibration.')],
     parameters: Annotated[Path | None, typer.Option(
         '--params', metavar='FILE', help='ROS parameter file for the nodes.')] = None,
+    camera: Annotated[str | None, typer.Option(
+        '--camera', metavar='BACK_END', help='live is going to take captures with this back end '
+        'of the camera driver, so nobody publishes them yet; unless given, the camera '
+        'publishes.')] = None,
     remap: RemapOption = None,
     seconds: Annotated[float, typer.Option(help='How long to listen.')] = 5.0,
     quiet: QuietOption = False,
@@ -120,6 +126,8 @@ def check(
     """
     terminal = Terminal(quiet, json_lines)
     others = remappings(remap)
+    if camera is not None:
+        CameraConfig(back_end=camera)
     found = list(_settings(hand_eye, parameters))
     shared_memory = shutil.disk_usage('/dev/shm').free  # noqa: S108 (no file is made there)
     found += judge_transport(os.environ, shared_memory)
@@ -129,7 +137,8 @@ def check(
     rclpy.init(args=[])  # the command's own have := in them too
     node = rclpy.create_node('bpc_check')
     try:
-        listener = Listener(node, configure(RecorderConfig(), 'path_recorder', parameters), others)
+        listener = Listener(node, configure(RecorderConfig(), 'path_recorder', parameters), others,
+                            camera is None)
         executor = SingleThreadedExecutor()  # rclpy.spin_once() is too slow for fast streams
         executor.add_node(node)
         start = time.monotonic()
@@ -153,8 +162,8 @@ def _settings(hand_eye: Path, parameters: Path | None) -> Iterator[Finding]:
     calibration = load_hand_eye(hand_eye)
     age = (time.time() - hand_eye.stat().st_mtime) / DAY
     yield judge_calibration('eye_on_base' if calibration.on_base else 'eye_in_hand', age)
-    yield judge_target(configure(
-        ThicknessConfig(), 'thickness', parameters).advice.target_thickness)
+    advice = configure(ThicknessConfig(), 'thickness', parameters).advice
+    yield judge_target(advice.target_thickness, advice.target_file)
     try:
         offset = live_recorder(parameters).nozzle_offset
     except ConfigError as error:
