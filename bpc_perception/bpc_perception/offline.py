@@ -32,6 +32,8 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
     The path is assembled from the recorded poses and extruder states; a recording that has no
     poses but the assembled path is measured along that.
 
+    A capture waits for its part of the path no longer than live, by the time of recording.
+
     Raises BagError when a topic that is needed is missing or empty.
     """
     names = find_topics(bag, topics.CAMERA)
@@ -50,8 +52,14 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
     tip = np.array(recorder.nozzle_offset)
     tracker, pairer, session = PrintTracker(recorder.path), CapturePairer(), Session(
         config, hand_eye)
+    # Of time that jumps, as where the recorder's clock is set, only so much counts at once: no
+    # capture's patience ends at a stroke.
+    longest_ns = round(config.patience * 0.5e9)
+    last_ns = now_ns = 0
     for topic, log_ns, message in bag.messages(set(names)):
         name = names[topic]
+        now_ns += max(-longest_ns, min(log_ns - last_ns, longest_ns))
+        last_ns = log_ns
         try:
             if name == poses.topic:
                 stamp_ns, pose = poses.read(message, log_ns)
@@ -62,7 +70,7 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
             elif name == topics.PATH:
                 session.set_path(path_from_message(message))
             elif (capture := pairer.add(name, message)) is not None:
-                session.add_capture(capture)
+                session.add_capture(capture, now_ns)
         except (ConversionError, JumpError) as error:
             logger.warning('%s', error)
         for problem in pairer.give_up():
@@ -70,7 +78,7 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
         if session.waiting:
             if not assembled and (path := tracker.path()) is not None:
                 session.set_path(path)
-            yield from session.results()
+            yield from session.results(now_ns)
     for problem in pairer.give_up(before_ns=1):  # nothing more will come
         logger.warning('%s', problem)
     yield from session.results(finish=True)
