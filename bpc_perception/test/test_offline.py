@@ -27,7 +27,7 @@ CONFIG = ThicknessConfig(method='paper', patience=2.0,
                          advice=AdviceConfig(target_thickness=2.2e-3))
 RECORDER = RecorderConfig(path=PathConfig(auto_stop_after=3.0))
 START, SPEED = surface(np.array((40.0, 55.0))), 4e-3  # 3.2 s over the band
-CAPTURES = np.arange(0.5, 3.6, 0.5)
+CAPTURES = np.arange(0.5, 3.6, 1.0)
 
 
 class Recorded(Bag):
@@ -91,6 +91,15 @@ def told(results: Iterable[Result]) -> list[str]:
                   result.profile and result.profile.thickness.tobytes())) for result in results]
 
 
+@pytest.fixture(scope='module')
+def expected() -> list[str]:
+    """Of the print as it should be recorded."""
+    found = told(measured(Recorded(recorded())))
+    assert len(found) == len(CAPTURES)
+    assert not any(': expected' in each for each in found)
+    return found
+
+
 LOG_TIMES: dict[str, Callable[[int], int]] = {
     'another clock': lambda log_ns: log_ns - 3600 * SECOND,
     'a clock ahead': lambda log_ns: log_ns + 3600 * SECOND,
@@ -106,9 +115,30 @@ def test_captures_that_the_path_never_reaches_do_not_pile_up() -> None:
 
 
 @pytest.mark.parametrize('clock', LOG_TIMES)
-def test_by_whatever_clock_it_was_recorded_a_print_is_measured(clock: str) -> None:
-    expected = told(measured(Recorded(recorded())))
-    assert len(expected) == len(CAPTURES)
-    assert not any(': expected' in each for each in expected)
+def test_by_whatever_clock_it_was_recorded_a_print_is_measured(
+        clock: str, expected: list[str], caplog: pytest.LogCaptureFixture) -> None:
     entries = [(name, LOG_TIMES[clock](log_ns), message) for name, log_ns, message in recorded()]
     assert told(measured(Recorded(entries))) == expected
+    assert caplog.text == ''
+
+
+@pytest.mark.parametrize('when', [0.0, 1.0])  # first of all, and amid
+@pytest.mark.parametrize('source', [robot, extruder, camera])
+def test_messages_of_the_future_spoil_no_recording(
+        source: Callable[[float, float], Iterable[Entry]], when: float,
+        expected: list[str], caplog: pytest.LogCaptureFixture) -> None:
+    entries = recorded()
+    index = next(index for index, (_, log_ns, _) in enumerate(entries) if log_ns >= at(when))
+    entries[index:index] = source(when, when + 60)
+    assert told(measured(Recorded(entries))) == expected
+    assert 'expected a stamp of the past, found one of the future' in caplog.text
+
+
+@pytest.mark.parametrize('source', [robot, extruder])
+def test_what_comes_late_into_a_recording_is_said_once(
+        source: Callable[[float], Iterable[Entry]], expected: list[str],
+        caplog: pytest.LogCaptureFixture) -> None:
+    entries = recorded()
+    entries[300:300] = [*source(0.5), *source(0.6)]
+    assert told(measured(Recorded(entries))) == expected
+    assert caplog.text.count('expected a later stamp than the last, found it late') == 1
