@@ -151,6 +151,17 @@ def test_a_step_is_limited_by_time() -> None:
     assert result.speed_scale == pytest.approx(np.exp(-0.01 * elapsed))
 
 
+@pytest.mark.parametrize(('count', 'elapsed'), [
+    (600, 12.08), (1000, CONFIG.lifetime), (3000, CONFIG.lifetime)])
+def test_who_begins_amid_a_print_takes_no_longer_step_than_advice_lives(
+        count: int, elapsed: float) -> None:
+    """As after a restart; 12 s into the print it may have been the first to look."""
+    result = advise(laid(count), width(share=0.7), config=replace(CONFIG, slew_rate=0.01))
+    assert (result.valid, result.reason) == (True, Reason.LIMITED)
+    assert result.flow_rate_scale == pytest.approx(np.exp(0.01 * elapsed))
+    assert result.speed_scale == pytest.approx(np.exp(-0.01 * elapsed))
+
+
 @pytest.mark.parametrize(('share', 'flow', 'speed'), [(0.3, 2, 0.5), (3.0, 0.5, 2)])
 def test_more_than_allowed_is_limited(share: float, flow: float, speed: float) -> None:
     result = advise(laid(300), width(share=share))
@@ -319,6 +330,17 @@ def test_a_rate_that_nobody_records_is_corrected_once_and_then_waited_for() -> N
     assert_changes_nothing(advise(soon, width(share=0.8), advisor=advisor),
                            Reason.NOT_ENOUGH_DATA)
     followed = np.where(np.arange(400) < 320, width(share=0.8), width())
+    assert advise(path, followed, advisor=advisor).reason is Reason.ON_TARGET
+
+
+def test_where_nobody_records_the_rate_who_begins_amid_a_print_waits_for_new_ink() -> None:
+    """Another may have advised a correction that is in force, but not seen yet."""
+    path = laid(1200, np.nan, plunger_velocity=np.full(1200, np.nan), print_id='one')
+    advisor, followed = Advisor(), np.where(np.arange(1200) < 1000, width(share=0.8), width())
+    for count in (1000, 1020):
+        part = path.where(np.arange(1200) < count)
+        assert_changes_nothing(advise(part, followed[:count], advisor=advisor),
+                               Reason.NOT_ENOUGH_DATA)
     assert advise(path, followed, advisor=advisor).reason is Reason.ON_TARGET
 
 

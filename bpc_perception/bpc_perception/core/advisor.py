@@ -23,6 +23,8 @@ from bpc_perception.core.targets import WidthTargets
 LIFE_PERIODS = 2  # periods between captures that advice holds: one capture may be missed
 GRACE = 0.5  # and so much longer, for its way from the capture to the controller [s]
 DELAY = 0.5  # from a capture until its advice has an effect [s]
+# Whose first capture comes later in a print, in lifetimes of advice, may have had a predecessor.
+LATE_LIVES = 3
 LONGEST_LAG = 5.0  # looked ahead for [s]
 # In which a flow behind a long lag is to be right: so many seconds, or periods between captures.
 HORIZON, HORIZON_PERIODS = 3.0, 1.0
@@ -53,6 +55,7 @@ class Advisor:
     _record: PrintRecord | None
     _periods: list[float]
     _advised: bool
+    _late: bool
     _blind_until: float
 
     def __init__(self, targets: WidthTargets | None = None) -> None:
@@ -73,7 +76,7 @@ class Advisor:
         path = path.until(profile.stamp_ns)
         again = profile.stamp_ns < self._stamp_ns or len(path) < self._points
         if profile.print_id != self._print_id or again:
-            self._begin(profile)
+            self._begin(profile, config.lifetime)
         self._points = len(path)
         profile = _laid_before(profile, config.acquisition_time)
         window = _look(profile, config.window, self._blind_until)
@@ -86,6 +89,10 @@ class Advisor:
                               + self._speed * (self._until_effect
                                                + min(delivery.lag, LONGEST_LAG)), config)
         refusal = self._refusal(window, path, finding, covered, np.isnan(target), config)
+        if self._late and finding is not None:
+            self._late = False
+            if self._forget(path) and refusal is None:
+                refusal = Reason.NOT_ENOUGH_DATA
         if refusal not in (Reason.STALE_DATA, Reason.NO_TARGET):
             self._valid_until_ns = profile.stamp_ns + round(1e9 * min(
                 config.lifetime, LIFE_PERIODS * max(self._periods, default=np.inf) + GRACE))
@@ -107,7 +114,7 @@ class Advisor:
             return advice
         return self._correct(advice, finding, delivery, path, elapsed, config)
 
-    def _begin(self, profile: ThicknessProfile) -> None:
+    def _begin(self, profile: ThicknessProfile, lifetime: float) -> None:
         self._print_id = profile.print_id
         self._record = None
         self._prior = np.nan
@@ -115,6 +122,10 @@ class Advisor:
         self._commanded = self._speed = self._reference_time = np.nan
         self._periods = []
         self._stamp_ns = self._valid_until_ns = profile.print_start_ns
+        lifetime_ns = round(lifetime * 1e9)
+        self._late = profile.stamp_ns - self._stamp_ns > LATE_LIVES * lifetime_ns
+        if self._late:  # advice that may still be in force is no older than it lives
+            self._stamp_ns = profile.stamp_ns - lifetime_ns
         self._advised = self._correcting = False
         self._blind_until = -np.inf  # what was laid before says nothing of the rate in force [m]
 
@@ -213,12 +224,14 @@ class Advisor:
             plunger_velocity=float(path.plunger_velocity[last]) * flow_scale,
             speed=float(self._speed) * speed_scale)
 
-    def _forget(self, path: DepositionPath) -> None:
+    def _forget(self, path: DepositionPath) -> bool:
         """Begin anew where the rate is not recorded: whether it is changed now nobody knows."""
         assert self._record is not None
-        if not self._record.rate_known:
-            self._blind_until = path.arc_length[-1] + self._speed * self._until_effect
-            self._record = PrintRecord(path, self._blind_until)
+        if self._record.rate_known:
+            return False
+        self._blind_until = path.arc_length[-1] + self._speed * self._until_effect
+        self._record = PrintRecord(path, self._blind_until)
+        return True
 
 
 def _laid_before(profile: ThicknessProfile, acquisition_time: float) -> ThicknessProfile:
