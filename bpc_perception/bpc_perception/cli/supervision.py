@@ -15,7 +15,8 @@ from bpc_perception.core.back_off import BackOff
 from bpc_perception.exit_status import REFUSED
 
 QUIET = 0.2  # a node gives a sign of life each 0.1 s, unless it is busy [s]
-HUNG = 60.0  # longer than any capture takes to be measured, of a print of 100 m and more [s]
+# Longer than any capture takes to be measured, of a print of 100 m and more, and any start [s].
+HUNG = 60.0
 DEATHS, WITHIN = 3, 60.0  # so many in this time [s] are no accident
 PERIOD = 1.0  # of the diagnostics while nothing changes [s]
 
@@ -66,17 +67,15 @@ class Supervisor:
                 self._nodes.start_again(name)
                 shared_memory.clean()
             return DiagnosticStatus.ERROR
-        silence = self._nodes.silence(name)
+        silence, spoke = self._nodes.silence(name)
         if self._nodes.ended(name):
             self._mourn(name, life, self._nodes.end_of(name), now)
             return DiagnosticStatus.ERROR
-        if silence is None:
-            return DiagnosticStatus.STALE
         if silence > HUNG:
             self._nodes.kill(name)
             self._mourn(name, life, f'hung for {silence:.0f} s', now)
             return DiagnosticStatus.ERROR
-        return DiagnosticStatus.STALE if silence > QUIET else DiagnosticStatus.OK
+        return DiagnosticStatus.OK if spoke and silence <= QUIET else DiagnosticStatus.STALE
 
     def _mourn(self, name: str, life: _Life, cause: str, now: float) -> None:
         if self._nodes.status(name) == REFUSED:

@@ -134,8 +134,8 @@ def _spin_one(node: Node, ending: _Ending, failures: list[Exception], pipe: int 
         executor.add_node(node)
         # Not spin(): that of the events executor never sleeps.
         while not ending.asked:
+            heart.beat()  # before the first callback too, which may hang
             executor.spin_once(timeout_sec=0.1)
-            heart.beat()
     except Exception as error:
         failures.append(error)
     finally:
