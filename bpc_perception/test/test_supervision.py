@@ -47,6 +47,19 @@ while True:
 """,
     'dies': "raise SystemExit('the last words')",
     'refuses': "import sys\nprint('what is wrong')\nsys.exit(2)",
+    'refuses_once': """
+import os, pathlib, sys, time
+lives = pathlib.Path(__file__).with_suffix('.lives')
+with lives.open('a') as file:
+    file.write('I')
+if len(lives.read_text()) == 2:
+    time.sleep(0.3)  # to load
+    print('not free yet')
+    sys.exit(2)
+while True:
+    os.write(int(os.environ['BPC_HEARTBEAT']), b'refuses_once\\n')
+    time.sleep(0.05)
+""",
     'lingers': """
 import mmap, os, signal, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -123,6 +136,17 @@ def test_a_node_that_refuses_to_start_is_not_asked_twice(suite: Suite) -> None:
     suite.supervise('refuses')
     with pytest.raises(NodeError, match=r'refuses: .* status 2: what is wrong'):
         suite.until(lambda: False)
+
+
+def test_a_node_that_ran_before_and_then_refuses_is_asked_again(suite: Suite) -> None:
+    """What it needs may be about to be written, or not free yet."""
+    suite.supervise('refuses_once')
+    suite.until(lambda: suite.level('refuses_once') == DiagnosticStatus.OK)
+    os.kill(suite.nodes.pid('refuses_once'), signal.SIGKILL)
+    suite.until(lambda: suite.level('refuses_once') == DiagnosticStatus.ERROR)
+    suite.until(lambda: suite.level('refuses_once') == DiagnosticStatus.OK)
+    causes = [each.message for each in suite.said if each.level == DiagnosticStatus.ERROR]
+    assert 'status 2: not free yet; it is started again' in causes[-1]
 
 
 @pytest.mark.parametrize('name', ['hangs', 'half_hangs', 'never_begins'])

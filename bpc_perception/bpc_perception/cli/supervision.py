@@ -27,6 +27,7 @@ class _Life:
 
     back_off: BackOff = field(default_factory=BackOff)
     level: bytes = DiagnosticStatus.OK
+    ran: bool = False  # once, so that what it is told to do can be done
     dead: bool = False
     deaths: int = 0
     last_death: float = 0.0
@@ -37,7 +38,7 @@ class Supervisor:
     """Keeps nodes running; says on /diagnostics which run, are quiet, or died of what.
 
     Whoever ends, is killed or hangs is started again, after a pause that grows. A node that
-    refuses to start is not asked twice. Three deaths within a minute end it all.
+    refuses to start and never ran is not asked twice. Three deaths within a minute end it all.
     """
 
     def __init__(self, nodes: Nodes, node: Node) -> None:
@@ -68,6 +69,7 @@ class Supervisor:
                 shared_memory.clean()
             return DiagnosticStatus.ERROR
         silence, spoke = self._nodes.silence(name)
+        life.ran |= spoke
         if self._nodes.ended(name):
             self._mourn(name, life, self._nodes.end_of(name), now)
             return DiagnosticStatus.ERROR
@@ -78,7 +80,7 @@ class Supervisor:
         return DiagnosticStatus.OK if spoke and silence <= QUIET else DiagnosticStatus.STALE
 
     def _mourn(self, name: str, life: _Life, cause: str, now: float) -> None:
-        if self._nodes.status(name) == REFUSED:
+        if self._nodes.status(name) == REFUSED and not life.ran:
             self._nodes.check()
         self._deaths.append((now, f'{name} {cause}'))
         if len(self._deaths) == DEATHS and now - self._deaths[0][0] < WITHIN:
