@@ -28,6 +28,7 @@ from bpc_perception.conversions import (
 )
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.ending import ending_signals
 
 QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
 WARNINGS = 100  # kinds that are kept at most, the newest
@@ -159,7 +160,7 @@ class Monitor:
 
 @contextmanager
 def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]:
-    """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly.
+    """A monitor in this process's ROS graph; an ending signal ends the block quietly.
 
     It keeps the newest results, or all of them.
     """
@@ -167,7 +168,7 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     # raise in the middle of a message, which comes out of rclpy as any other error.
     early: list[int] = []
     before = {number: signal.signal(number, lambda received, _: early.append(received))
-              for number in (signal.SIGINT, signal.SIGTERM)}
+              for number in ending_signals()}
     rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
