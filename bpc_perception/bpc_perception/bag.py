@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import import_module
+import os
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -132,8 +133,15 @@ class BagWriter:
 
     @property
     def written(self) -> tuple[dict[str, int], int]:
-        """Messages written by topic, and the size of the file [bytes]."""
-        return dict(self._counts), self._file.stat().st_size
+        """Messages written by topic, and the size of the file [bytes], wherever it is by now."""
+        return dict(self._counts), os.fstat(self._stream.fileno()).st_size
+
+    @property
+    def in_place(self) -> bool:
+        """Whether what is written is found by the name under which it was begun."""
+        with suppress(OSError):
+            return os.path.samestat(self._file.stat(), os.fstat(self._stream.fileno()))
+        return False
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system, readable as it is."""

@@ -39,7 +39,7 @@ from bpc_perception.core.kinematics import flange_pose, order_joints
 from bpc_perception.core.path import DepositionPath
 from bpc_perception.core.path_assembly import ExtruderSample
 from bpc_perception.core.poses import pose_matrix
-from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.message_data import set_data
 
 # Where red, green and blue lie in a pixel, and how many bytes it has.
@@ -332,18 +332,26 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
 
 
 def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
-    """A profile from its message."""
+    """A profile from its message; raises ConversionError for what no measurement gives."""
     axes = [side + axis for side in ('', 'left_', 'right_') for axis in 'xyz']
     _check_lengths('thickness_profile', message, (
         'time', 'arc_length', *axes, 'extruding', 'status', 'thickness', 'thickness_sigma',
         'left', 'right'))
+    status, thickness = np.array(message.status, np.uint8), np.array(message.thickness)
+    if (unknown := status[status > max(Status)]).size:
+        raise ConversionError(f'thickness_profile: expected each status up to {max(Status)}, '
+                              f'found {unknown[0]}')
+    measured = thickness[status == Status.MEASURED]
+    if (impossible := measured[~((measured > 0) & (measured < np.inf))]).size:
+        raise ConversionError('thickness_profile: expected a thickness above 0 where it is '
+                              f'measured, found {impossible[0]}')
     return ThicknessProfile(
         stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
         print_start_ns=stamp_to_ns(message.print_start), capture=message.capture,
         method=message.method, time=np.array(message.time),
         arc_length=np.array(message.arc_length), points=_points(message, ''),
-        extruding=np.array(message.extruding, bool), status=np.array(message.status, np.uint8),
-        thickness=np.array(message.thickness), sigma=np.array(message.thickness_sigma),
+        extruding=np.array(message.extruding, bool), status=status,
+        thickness=thickness, sigma=np.array(message.thickness_sigma),
         left=np.array(message.left), right=np.array(message.right),
         left_points=_points(message, 'left_'), right_points=_points(message, 'right_'),
         processing_time=message.processing_time)

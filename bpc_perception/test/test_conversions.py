@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from dataclasses import fields, replace
+import math
 from typing import Any
 
 from bpc_perception.core.advice import RateAdvice, Reason
@@ -457,6 +458,17 @@ def test_a_profile_with_arrays_of_different_lengths_is_refused(name: str) -> Non
     message = conversions.profile_to_message(PROFILE, 'base')
     setattr(message, name, getattr(message, name)[:-1])
     with pytest.raises(conversions.ConversionError, match=rf"expected arrays .*'{name}': 5"):
+        conversions.profile_from_message(message)
+
+
+@pytest.mark.parametrize(('name', 'value'), [
+    ('status', max(Status) + 1), ('status', 255), ('thickness', math.nan), ('thickness', math.inf),
+    ('thickness', 0.0), ('thickness', -1e-3)])
+def test_a_profile_of_impossible_samples_is_refused(name: str, value: float) -> None:
+    message = conversions.profile_to_message(PROFILE, 'base')
+    assert message.status[0] == Status.MEASURED
+    getattr(message, name)[0] = value
+    with pytest.raises(conversions.ConversionError, match=rf'expected .*{name}.* found {value}'):
         conversions.profile_from_message(message)
 
 

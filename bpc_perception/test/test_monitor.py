@@ -1,4 +1,4 @@
-"""The monitor: what the nodes complain of is shown, but not over and over."""
+"""The monitor: what is wrong is shown, but not over and over, and ends nothing."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from bpc_perception.testing import Graph
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import pytest
 from rclpy.node import Node
+
+from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_perception import topics
 
 pytestmark = pytest.mark.ros
 
@@ -38,3 +41,24 @@ def test_a_warning_is_shown_once_a_minute_whatever_its_numbers(
     for number in range(2 * monitor.WARNINGS):
         hear('x' * number)
     assert len(made.warnings) == monitor.WARNINGS
+
+
+def test_messages_that_cannot_be_used_are_told_once_and_those_that_follow_are_heard(
+        graph: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
+    peer = graph.make(Node, 'peer')
+    profiles = peer.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
+    advice = peer.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+    assert made.spin_until(lambda: profiles.get_subscription_count()
+                           and advice.get_subscription_count(), 10)
+    for _ in range(2):
+        advice.publish(RateAdvice())  # as of ros2 topic pub with {}
+        advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0, reason=99))
+        profiles.publish(ThicknessProfile(time=[0.0]))
+    advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0))
+    profiles.publish(ThicknessProfile())
+    assert made.spin_until(lambda: made.profiles and made.advice, 10)
+    said = capsys.readouterr().out
+    for words in ('expected a flow_rate_scale above 0, found 0.0', 'expected a reason up to 10',
+                  'expected arrays of one length'):
+        assert said.count(words) == 1, said

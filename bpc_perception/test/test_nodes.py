@@ -897,11 +897,12 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_exits_with_2() -> Non
 
 @pytest.mark.parametrize('numbers', [
     [signal.SIGTERM],
+    [signal.SIGHUP],
     [signal.SIGINT, signal.SIGINT],  # of the terminal and of ros2 launch
     # Of the kernel, one for each thread of a parent that was killed; and of the impatient.
     [signal.SIGTERM] * 1000,
     [signal.SIGINT] * 1000,
-], ids=['SIGTERM', 'SIGINT', 'many SIGTERM', 'many SIGINT'])
+], ids=['SIGTERM', 'SIGHUP', 'SIGINT', 'many SIGTERM', 'many SIGINT'])
 def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, numbers: list[signal.Signals],
                                   monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))

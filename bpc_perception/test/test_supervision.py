@@ -6,14 +6,17 @@ from collections.abc import Iterator
 import os
 from pathlib import Path
 import signal
+import subprocess
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 pytest.importorskip('rclpy')
-from bpc_perception.cli import supervision
+from bpc_perception.cli import processes, supervision
 from bpc_perception.cli.processes import NodeError, Nodes
 from bpc_perception.cli.supervision import Supervisor
+from bpc_perception.nodes import run
 from bpc_perception.shared_memory import SHARED_MEMORY, used_by
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
@@ -33,6 +36,7 @@ import os, time
 os.write(int(os.environ['BPC_HEARTBEAT']), b'hangs\\n')
 time.sleep(60)
 """,
+    'never_begins': "import time\ntime.sleep(60)",
     'half_hangs': """
 import os, time
 pipe = int(os.environ['BPC_HEARTBEAT'])
@@ -43,6 +47,19 @@ while True:
 """,
     'dies': "raise SystemExit('the last words')",
     'refuses': "import sys\nprint('what is wrong')\nsys.exit(2)",
+    'refuses_once': """
+import os, pathlib, sys, time
+lives = pathlib.Path(__file__).with_suffix('.lives')
+with lives.open('a') as file:
+    file.write('I')
+if len(lives.read_text()) == 2:
+    time.sleep(0.3)  # to load
+    print('not free yet')
+    sys.exit(2)
+while True:
+    os.write(int(os.environ['BPC_HEARTBEAT']), b'refuses_once\\n')
+    time.sleep(0.05)
+""",
     'lingers': """
 import mmap, os, signal, time
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -77,6 +94,9 @@ class Suite:
             return condition()
 
         self._graph.spin_until(looked_after)
+
+    def until_it_speaks(self, name: str) -> None:
+        self._graph.spin_until(lambda: self.nodes.silence(name)[1])
 
     def level(self, name: str) -> bytes | None:
         levels = [each.level for each in self.said if each.name == f'supervisor: {name}']
@@ -118,7 +138,18 @@ def test_a_node_that_refuses_to_start_is_not_asked_twice(suite: Suite) -> None:
         suite.until(lambda: False)
 
 
-@pytest.mark.parametrize('name', ['hangs', 'half_hangs'])
+def test_a_node_that_ran_before_and_then_refuses_is_asked_again(suite: Suite) -> None:
+    """What it needs may be about to be written, or not free yet."""
+    suite.supervise('refuses_once')
+    suite.until(lambda: suite.level('refuses_once') == DiagnosticStatus.OK)
+    os.kill(suite.nodes.pid('refuses_once'), signal.SIGKILL)
+    suite.until(lambda: suite.level('refuses_once') == DiagnosticStatus.ERROR)
+    suite.until(lambda: suite.level('refuses_once') == DiagnosticStatus.OK)
+    causes = [each.message for each in suite.said if each.level == DiagnosticStatus.ERROR]
+    assert 'status 2: not free yet; it is started again' in causes[-1]
+
+
+@pytest.mark.parametrize('name', ['hangs', 'half_hangs', 'never_begins'])
 def test_a_node_that_hangs_is_stale_and_then_started_again(
         suite: Suite, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setattr(supervision, 'HUNG', 0.6)
@@ -127,6 +158,53 @@ def test_a_node_that_hangs_is_stale_and_then_started_again(
     before = suite.nodes.pid(name)
     suite.until(lambda: suite.nodes.pid(name) != before)
     assert any('hung for' in each.message for each in suite.said)
+    assert name != 'never_begins' or suite.level(name) != DiagnosticStatus.OK
+
+
+def test_who_cannot_be_killed_holds_up_nobody(
+        suite: Suite, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a process that waits in the kernel for a device."""
+    monkeypatch.setattr(processes, 'KILL_PATIENCE', 0.1)
+    suite.nodes.start('lingers')
+    suite.until_it_speaks('lingers')
+    kill = subprocess.Popen.kill
+    with monkeypatch.context() as context:
+        context.setattr(subprocess.Popen, 'kill', lambda _: None)
+        suite.nodes.kill('lingers')
+        assert not suite.nodes.ended('lingers')
+        context.setattr(processes, 'END_PATIENCE', 0.1)
+        suite.nodes.__exit__(None, None, None)
+        assert not suite.nodes.ended('lingers')
+    kill(suite.nodes._processes['lingers'])
+
+
+class Blocked:
+    """An executor that hangs in the first callback, and looks whether the node spoke before."""
+
+    pipe, signs = -1, b''
+
+    def add_node(self, _: object) -> None:
+        pass
+
+    def spin_once(self, **_: float) -> None:
+        Blocked.signs = os.read(self.pipe, 100)
+        raise TimeoutError
+
+
+def test_a_node_speaks_before_its_first_callback(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or else of two in a process one that hangs from the start would not be missed."""
+    Blocked.pipe, into = os.pipe()
+    os.set_blocking(Blocked.pipe, False)
+    monkeypatch.setattr(run, 'SingleThreadedExecutor', Blocked)
+    failures: list[Exception] = []
+    try:
+        run._spin_one(SimpleNamespace(get_name=lambda: 'blocked'),  # type: ignore[arg-type]
+                      run._Ending(), failures, into)
+    finally:
+        os.close(Blocked.pipe)
+        os.close(into)
+    assert [type(error) for error in failures] == [TimeoutError]
+    assert Blocked.signs == b'blocked\n'
 
 
 def test_who_does_not_end_is_killed_together_with_the_others(

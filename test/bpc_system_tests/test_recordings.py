@@ -8,9 +8,11 @@ import os
 from pathlib import Path
 import shutil
 import subprocess
+from types import SimpleNamespace
 from typing import Any
 
 from bpc_perception.bag import Bag, BagError, BagWriter
+from bpc_perception.exit_status import REFUSED
 from bpc_perception.nodes import bag_recorder
 from bpc_perception.nodes.bag_recorder import BagRecorderNode
 from bpc_perception.testing import Graph
@@ -21,6 +23,7 @@ from mcap.reader import make_reader, NonSeekingReader
 import numpy as np
 import pytest
 from rclpy.node import Node
+from rclpy.serialization import serialize_message
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
 from sensor_msgs.msg import Image
@@ -296,3 +299,57 @@ def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int
         '/end_effector_pose: expected messages beside the captures, found none; '
         'without them the recording cannot be measured')
     assert (tmp_path / 'bag' / 'params.yaml').read_bytes() == b'{}'
+
+
+def test_who_looks_on_a_recording_does_not_end_it(tmp_path: Path, ros_domain: int) -> None:
+    """As where the terminal is gone, or the disk's free space cannot be asked for."""
+    looks: list[int] = []
+
+    def told(_: dict[str, int], size: int) -> None:
+        looks.append(size)
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    graph = Graph(ros_domain)
+    try:
+        graph.make(BagRecorderNode, told, bag=str(tmp_path / 'bag'))
+        graph.spin_until(lambda: len(looks) > 2)
+    finally:
+        graph.close()
+    assert (tmp_path / 'bag' / 'metadata.yaml').exists()
+
+
+def test_a_recorder_whose_folder_is_moved_writes_on_and_says_so(
+        tmp_path: Path, ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bag_recorder, 'PLACE_PERIOD', 0.1)
+    looks: list[int] = []
+    graph = Graph(ros_domain)
+    try:
+        recorder = graph.make(BagRecorderNode, lambda _, size: looks.append(size),
+                              bag=str(tmp_path / 'bag'))
+        graph.spin_until(lambda: looks)
+        assert not recorder._diagnostics._last_warning
+        (tmp_path / 'bag').rename(tmp_path / 'moved')
+        seen = len(looks)
+        graph.spin_until(lambda: recorder._diagnostics._last_warning and len(looks) > seen + 2)
+        assert recorder._diagnostics._last_warning == (
+            f'{tmp_path / "bag"}: expected the recording there, found it moved or removed')
+        assert not recorder.failure
+        recorder._write(f'/{topics.POSE}', serialize_message(PoseStamped()))
+    finally:
+        graph.close()
+    assert recorder.failure == (f'not completed: expected to write {tmp_path / "bag"}, found: '
+                                'No such file or directory')
+    assert counts(tmp_path / 'moved')[f'/{topics.POSE}'] == 1
+
+
+def test_a_recording_that_failed_is_no_success(monkeypatch: pytest.MonkeyPatch,
+                                               capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(bag_recorder, 'run', lambda make, **_: make())
+    made = SimpleNamespace(failure='')
+    monkeypatch.setattr(bag_recorder, 'BagRecorderNode', lambda *_: made)
+    bag_recorder.main()
+    made.failure = 'not completed: so it is'
+    with pytest.raises(SystemExit) as ended:
+        bag_recorder.main()
+    assert ended.value.code == REFUSED
+    assert capsys.readouterr().err == 'bag_recorder: not completed: so it is\n'

@@ -29,6 +29,7 @@ from bpc_perception.cli import (
     testing,
 )
 from bpc_perception.cli.terminal import WARNINGS
+from bpc_perception.ending import ending_signals
 from bpc_perception.exit_status import INTERRUPTED, REFUSED
 from bpc_perception.transport import choose_profile
 
@@ -53,7 +54,9 @@ app.add_typer(calibrate.app, name='calibrate')
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
     choose_profile()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # nothing half-made is left either
+    for number in ending_signals():
+        if number != signal.SIGINT:  # by which nothing half-made is left already
+            signal.signal(number, signal.default_int_handler)
     logging.getLogger().addHandler(WARNINGS)
     try:
         status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)

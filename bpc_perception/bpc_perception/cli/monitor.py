@@ -21,9 +21,14 @@ from bpc_perception import topics
 from bpc_perception.cli.live_view import view
 from bpc_perception.cli.table import ResultTable
 from bpc_perception.cli.terminal import Terminal
-from bpc_perception.conversions import advice_from_message, profile_from_message
+from bpc_perception.conversions import (
+    advice_from_message,
+    ConversionError,
+    profile_from_message,
+)
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.ending import ending_signals
 
 QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
 WARNINGS = 100  # kinds that are kept at most, the newest
@@ -34,12 +39,14 @@ DISCOVERY = 0.6  # in which another process's publishers are found, with a margi
 class Monitor:
     """Collects what the thickness node publishes and prints a line a capture.
 
+    A message that cannot be used, whoever sent it, is told like a warning in the diagnostics.
+
     Attributes:
         node: that listens.
         profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
             all of them.
-        warnings: those in the diagnostics, the last of each kind; of one kind are those that
-            differ in numbers only.
+        warnings: those in the diagnostics and our own, the last of each kind; of one kind are
+            those that differ in numbers only.
     """
 
     def __init__(self, node: Node, executor: SingleThreadedExecutor, terminal: Terminal,
@@ -99,7 +106,11 @@ class Monitor:
         return set(names) <= set(self.node.get_node_names())
 
     def _on_profile(self, message: ThicknessProfileMsg) -> None:
-        profile = profile_from_message(message)
+        try:
+            profile = profile_from_message(message)
+        except ConversionError as error:
+            self._warn(f'{self.node.get_name()}: {error}')
+            return
         self.profiles[profile.stamp_ns] = profile
         self.advice.pop(profile.stamp_ns, None)  # of the round before, when a recording loops
         self._show(profile.stamp_ns)
@@ -109,7 +120,11 @@ class Monitor:
                 self.advice.pop(stamp_ns, None)
 
     def _on_advice(self, message: RateAdviceMsg) -> None:
-        advice = advice_from_message(message)
+        try:
+            advice = advice_from_message(message)
+        except ConversionError as error:
+            self._warn(f'{self.node.get_name()}: {error}')
+            return
         self.advice[advice.stamp_ns] = advice
         self._show(advice.stamp_ns)
 
@@ -128,22 +143,24 @@ class Monitor:
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            text = f'{status.name}: {status.message}'
             # What is stale has not been heard of yet, or is busy.
-            if status.level not in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
-                continue
-            kind, now = re.sub(r'[-+]?[\d.]+', '', text), time.monotonic()
-            _, before = self._warnings.pop(kind, ('', -AGAIN))
-            self._warnings[kind] = text, now
-            if now - before >= AGAIN:
-                self._terminal.tell('diagnostic', f'  {text}', text=text)
-            if len(self._warnings) > WARNINGS:
-                del self._warnings[next(iter(self._warnings))]
+            if status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
+                self._warn(f'{status.name}: {status.message}')
+
+    def _warn(self, text: str) -> None:
+        """Tell it, unless the like of it was told a moment ago and has gone on since."""
+        kind, now = re.sub(r'[-+]?[\d.]+', '', text), time.monotonic()
+        _, before = self._warnings.pop(kind, ('', -AGAIN))
+        self._warnings[kind] = text, now
+        if now - before >= AGAIN:
+            self._terminal.tell('diagnostic', f'  {text}', text=text)
+        if len(self._warnings) > WARNINGS:
+            del self._warnings[next(iter(self._warnings))]
 
 
 @contextmanager
 def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]:
-    """A monitor in this process's ROS graph; Ctrl-C or SIGTERM ends the block quietly.
+    """A monitor in this process's ROS graph; an ending signal ends the block quietly.
 
     It keeps the newest results, or all of them.
     """
@@ -151,7 +168,7 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     # raise in the middle of a message, which comes out of rclpy as any other error.
     early: list[int] = []
     before = {number: signal.signal(number, lambda received, _: early.append(received))
-              for number in (signal.SIGINT, signal.SIGTERM)}
+              for number in ending_signals()}
     rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()

@@ -20,6 +20,7 @@ from bpc_perception.nodes.process import HEARTBEAT_VARIABLE, PARENT_VARIABLE
 from bpc_perception.transport import with_profile
 
 END_PATIENCE = 1.5  # for all nodes together [s]
+KILL_PATIENCE = 1.0  # for one that is killed; who waits in the kernel for a device stays [s]
 # The shared memory is taken at the start, by each process that is given the file.
 FRAME_PUBLISHERS = ('camera_driver', 'composed')
 
@@ -43,6 +44,7 @@ class Nodes:
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._log_files: dict[str, Path] = {}
         self._pipes: dict[str, int] = {}
+        self._starts: dict[str, float] = {}  # [s], steady
         self._beats: dict[str, dict[bytes, float]] = {}  # of each node of a process the last
 
     def start(self, module: str, **parameters: Any) -> None:
@@ -64,6 +66,7 @@ class Nodes:
         self._close_pipe(name)
         self._started[name], self._log_files[name] = (module, parameters), Path(log)
         self._pipes[name], self._beats[name] = signs, {}
+        self._starts[name] = time.monotonic()
         # A session of its own: Ctrl-C reaches us alone, and we end the nodes in order.
         self._processes[name] = subprocess.Popen(
             [sys.executable, '-m', module, *arguments], stdin=subprocess.DEVNULL, stdout=handle,
@@ -114,21 +117,20 @@ class Nodes:
         words = self._log_files[name].read_text(errors='replace').strip().splitlines()
         return f'ended with status {self.status(name)}: {words[-1] if words else "no output"}'
 
-    def silence(self, name: str) -> float | None:
+    def silence(self, name: str) -> tuple[float, bool]:
         """Time since the last sign of life of a process, or of the quietest node in it [s].
 
-        None before the first: it takes its time to load.
+        Before the first, since the start; and whether there was one.
         """
         beats, now = self._beats[name], time.monotonic()
         with suppress(BlockingIOError):
             while signs := os.read(self._pipes[name], 65536):
                 beats.update(dict.fromkeys(signs.split(), now))
-        return now - min(beats.values()) if beats else None
+        return now - min(beats.values(), default=self._starts[name]), bool(beats)
 
     def kill(self, name: str) -> None:
         """End a node the hard way."""
-        self._processes[name].kill()
-        self._processes[name].wait()
+        _kill(self._processes[name])
 
     def __enter__(self) -> Nodes:
         shared_memory.clean()
@@ -147,8 +149,7 @@ class Nodes:
                 process.wait(max(end - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
                 used |= shared_memory.used_by(process.pid)
-                process.kill()
-                process.wait()
+                _kill(process)
             self._close_pipe(name)
         # Who is killed leaves its own; who end together may each leave a port to the other.
         shared_memory.clean(settled=0.0, among=used)
@@ -159,3 +160,9 @@ class Nodes:
     def _close_pipe(self, name: str) -> None:
         if name in self._pipes:
             os.close(self._pipes.pop(name))
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(KILL_PATIENCE)

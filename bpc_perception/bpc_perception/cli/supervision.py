@@ -15,7 +15,8 @@ from bpc_perception.core.back_off import BackOff
 from bpc_perception.exit_status import REFUSED
 
 QUIET = 0.2  # a node gives a sign of life each 0.1 s, unless it is busy [s]
-HUNG = 60.0  # longer than any capture takes to be measured, of a print of 100 m and more [s]
+# Longer than any capture takes to be measured, of a print of 100 m and more, and any start [s].
+HUNG = 60.0
 DEATHS, WITHIN = 3, 60.0  # so many in this time [s] are no accident
 PERIOD = 1.0  # of the diagnostics while nothing changes [s]
 
@@ -26,6 +27,7 @@ class _Life:
 
     back_off: BackOff = field(default_factory=BackOff)
     level: bytes = DiagnosticStatus.OK
+    ran: bool = False  # once, so that what it is told to do can be done
     dead: bool = False
     deaths: int = 0
     last_death: float = 0.0
@@ -36,7 +38,7 @@ class Supervisor:
     """Keeps nodes running; says on /diagnostics which run, are quiet, or died of what.
 
     Whoever ends, is killed or hangs is started again, after a pause that grows. A node that
-    refuses to start is not asked twice. Three deaths within a minute end it all.
+    refuses to start and never ran is not asked twice. Three deaths within a minute end it all.
     """
 
     def __init__(self, nodes: Nodes, node: Node) -> None:
@@ -66,20 +68,19 @@ class Supervisor:
                 self._nodes.start_again(name)
                 shared_memory.clean()
             return DiagnosticStatus.ERROR
-        silence = self._nodes.silence(name)
+        silence, spoke = self._nodes.silence(name)
+        life.ran |= spoke
         if self._nodes.ended(name):
             self._mourn(name, life, self._nodes.end_of(name), now)
             return DiagnosticStatus.ERROR
-        if silence is None:
-            return DiagnosticStatus.STALE
         if silence > HUNG:
             self._nodes.kill(name)
             self._mourn(name, life, f'hung for {silence:.0f} s', now)
             return DiagnosticStatus.ERROR
-        return DiagnosticStatus.STALE if silence > QUIET else DiagnosticStatus.OK
+        return DiagnosticStatus.OK if spoke and silence <= QUIET else DiagnosticStatus.STALE
 
     def _mourn(self, name: str, life: _Life, cause: str, now: float) -> None:
-        if self._nodes.status(name) == REFUSED:
+        if self._nodes.status(name) == REFUSED and not life.ran:
             self._nodes.check()
         self._deaths.append((now, f'{name} {cause}'))
         if len(self._deaths) == DEATHS and now - self._deaths[0][0] < WITHIN:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from math import inf
+import sys
 import time
 from typing import Any
 
@@ -13,6 +15,7 @@ from rclpy.node import Node
 from bpc_perception import topics
 from bpc_perception.bag import BagWriter
 from bpc_perception.core.config import BagRecorderConfig
+from bpc_perception.exit_status import REFUSED
 from bpc_perception.flange_poses import FlangePoses
 from bpc_perception.nodes.clock import steady_clock
 from bpc_perception.nodes.diagnostics import Diagnostics
@@ -20,6 +23,7 @@ from bpc_perception.nodes.parameters import NodeConfig
 from bpc_perception.nodes.run import run
 
 FLUSH_PERIOD = 0.1  # what a killed recorder loses, and what it had not yet taken in [s]
+PLACE_PERIOD = 1.0  # in which is looked whether the recording is still where it was begun [s]
 # From a capture until what has not been heard beside it is missed [s].
 PATIENCE = 3.0
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
@@ -31,14 +35,18 @@ class BagRecorderNode(Node):
     """Writes each message, still serialized, at the time it came.
 
     ``told``, if any, is told the messages by topic and the size of the file after each flush;
-    ``beside`` are further files of the recording, name to content.
+    what fails in it does not matter. ``beside`` are further files of the recording, name to
+    content.
+
+    Attributes:
+        failure: why the recording is not whole; empty = it is.
     """
 
     def __init__(self, told: Callable[[dict[str, int], int], None] | None = None,
                  beside: Mapping[str, bytes] | None = None, **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
         config = NodeConfig(self, BagRecorderConfig()).value
-        self._failure = ''
+        self.failure = ''
         self._told = told
         self._diagnostics = Diagnostics(self)
         recorded = {}
@@ -57,6 +65,7 @@ class BagRecorderNode(Node):
             recorded[full] = topics.type_name(kind)
             self.create_subscription(kind, name, partial(self._write, full), qos, raw=True)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=steady_clock())
+        self.create_timer(PLACE_PERIOD, self._look_for_it, clock=steady_clock())
         # Last, since whoever is told to end while it makes a node leaves it half made.
         self._bag = BagWriter(config.bag)
         try:
@@ -70,13 +79,13 @@ class BagRecorderNode(Node):
         self.get_logger().info(f'recording into {config.bag}')
 
     def _write(self, topic: str, data: bytes) -> None:
-        if not self._failure:
+        if not self.failure:
             try:
                 self._bag.write(topic, self.get_clock().now().nanoseconds, data)
             except OSError as error:
                 self._fail(error)
-        if self._failure:
-            self._diagnostics.refuse(self._failure)  # each message that is lost is counted
+        if self.failure:
+            self._diagnostics.refuse(self.failure)  # each message that is lost is counted
         else:
             self._diagnostics.count(topic)
         self._needed.discard(topic)
@@ -85,40 +94,54 @@ class BagRecorderNode(Node):
 
     def _flush(self) -> None:
         try:
-            if not self._failure:
+            if not self.failure:
                 self._bag.flush()
         except OSError as error:
             self._fail(error)
-        if self._failure:
-            self._diagnostics.warn(self._failure)
+        if self.failure:
+            self._diagnostics.warn(self.failure)
         elif self._told is not None:
-            self._told(*self._bag.written)
+            with suppress(OSError):  # the terminal is gone, or what it asks the disk for
+                self._told(*self._bag.written)
         if self._needed and time.monotonic() > self._first_capture + PATIENCE:
             self._diagnostics.warn(
                 f'{" and ".join(sorted(self._needed))}: expected messages beside the captures, '
                 'found none; without them the recording cannot be measured')
             self._needed.clear()
 
-    def _fail(self, error: OSError) -> None:
+    def _look_for_it(self) -> None:
+        if not (self.failure or self._bag.in_place):
+            self._diagnostics.warn(f'{self._bag.path}: expected the recording there, '
+                                   'found it moved or removed')
+
+    def _fail(self, error: OSError, what: str = 'not recorded') -> None:
         """Record no more, but stay, to say so: what is on disk is readable as it is."""
-        self._failure = (f'not recorded: expected to write {self._bag.path}, found: '
-                         f'{error.strerror or error}')
+        self.failure = (f'{what}: expected to write {self._bag.path}, found: '
+                        f'{error.strerror or error}')
 
     def destroy_node(self) -> None:
         """Complete the bag as well."""
         try:
             self._bag.close()
+        except OSError as error:
+            self._fail(error, 'not completed')
         finally:
             super().destroy_node()
 
 
 def main(told: Callable[[dict[str, int], int], None] | None = None,
          beside: Mapping[str, bytes] | None = None) -> None:
-    """Run the node."""
+    """Run the node; exit with 2 if the recording is not whole."""
+    made: list[BagRecorderNode] = []
+
     def bag_recorder() -> BagRecorderNode:
-        return BagRecorderNode(told, beside)
+        made.append(BagRecorderNode(told, beside))
+        return made[0]
 
     run(bag_recorder, carries_captures=True, fast_streams=True)
+    if made and made[0].failure:
+        print(f'bag_recorder: {made[0].failure}', file=sys.stderr)
+        sys.exit(REFUSED)
 
 
 if __name__ == '__main__':

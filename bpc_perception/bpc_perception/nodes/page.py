@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
 from functools import partial
 import os
 import secrets
 from typing import Any
 
+import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -19,6 +22,7 @@ from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception import topics
 from bpc_perception.conversions import (
     advice_from_message,
+    ConversionError,
     image_to_rgb,
     profile_from_message,
     stamp_to_ns,
@@ -81,18 +85,31 @@ class PageNode(Node):
 
     def _unpack(self) -> None:
         if self._watchers and self._packed is not None:
-            self._board.profile = profile_from_message(
-                deserialize_message(self._packed, ThicknessProfile))
+            message = deserialize_message(self._packed, ThicknessProfile)
             self._packed = None
-            self._server.notify()
+            with self._showing():
+                self._board.profile = profile_from_message(message)
 
     def _on_advice(self, message: RateAdvice) -> None:
-        self._board.advise(advice_from_message(message))
-        self._server.notify()
+        with self._showing():
+            self._board.advise(advice_from_message(message))
 
     def _on_overlay(self, message: Image) -> None:
-        self._board.overlay = overlay_of(stamp_to_ns(message.header.stamp), image_to_rgb(message))
-        self._server.notify()
+        with self._showing():
+            self._board.overlay = overlay_of(stamp_to_ns(message.header.stamp),
+                                             image_to_rgb(message))
+
+    @contextmanager
+    def _showing(self) -> Iterator[None]:
+        """Let the server know of something new, unless it has to be refused."""
+        try:
+            yield
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+        except cv2.error as error:  # of a shape that makes no JPEG
+            self._diagnostics.refuse(f'overlay: expected an image to show, found: {error}')
+        else:
+            self._server.notify()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -16,6 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from bpc_perception.ending import ending_signals
 from bpc_perception.exit_status import DEFECT, REFUSED
 from bpc_perception.nodes.process import (
     end_in_time,
@@ -29,8 +30,6 @@ try:
     from rclpy.experimental import EventsExecutor
 except ImportError:  # before rclpy 7.1.4
     EventsExecutor = None  # type: ignore[assignment]
-
-ENDING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class RosLogHandler(logging.Handler):
@@ -59,7 +58,7 @@ class _Ending:
 
 def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool = False,
         fast_streams: bool = False) -> None:
-    """Spin a node until Ctrl-C or SIGTERM; exit with 2 if it refuses to start.
+    """Spin a node until one of the ending signals; exit with 2 if it refuses to start.
 
     Of several nodes each has a thread of its own, so that none waits for another's callbacks.
 
@@ -76,7 +75,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
     # process where it comes out of C++ that takes no exceptions; rclpy's handlers shut down under
     # a half-made node, which then stays in the graphs of others.
     ending = _Ending()
-    for number in ENDING_SIGNALS:
+    numbers = ending_signals()
+    for number in numbers:
         signal.signal(number, ending.ask)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     nodes: list[Node] = []
@@ -92,7 +92,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
             node.destroy_node()
         rclpy.try_shutdown()
         # More of them may come; their default, which Python puts back on its way out, kills.
-        for number in ENDING_SIGNALS:
+        for number in numbers:
             signal.signal(number, signal.SIG_IGN)
     if failures:
         traceback.print_exception(failures[0])
@@ -134,8 +134,8 @@ def _spin_one(node: Node, ending: _Ending, failures: list[Exception], pipe: int 
         executor.add_node(node)
         # Not spin(): that of the events executor never sleeps.
         while not ending.asked:
+            heart.beat()  # before the first callback too, which may hang
             executor.spin_once(timeout_sec=0.1)
-            heart.beat()
     except Exception as error:
         failures.append(error)
     finally:
