@@ -85,7 +85,8 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
             logger.warning('%s', error)
         if not taken and name not in late:
             late.add(name)
-            logger.warning('%s: expected a later stamp than the last, found it late', topic)
+            logger.warning('%s: expected what is later than the last and within its reach, found '
+                           'some late, twice or a jump', topic)
         for problem in pairer.give_up():
             logger.warning('%s', problem)
         if session.waiting:

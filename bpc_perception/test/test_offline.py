@@ -141,4 +141,4 @@ def test_what_comes_late_into_a_recording_is_said_once(
     entries = recorded()
     entries[300:300] = [*source(0.5), *source(0.6)]
     assert told(measured(Recorded(entries))) == expected
-    assert caplog.text.count('expected a later stamp than the last, found it late') == 1
+    assert caplog.text.count('found some late, twice or a jump') == 1
