@@ -8,8 +8,8 @@ lives [Fast DDS 2.14, src/cpp/utils/shared_memory and tools/fastdds/shm].
 
 from __future__ import annotations
 
-from collections.abc import Container
-from contextlib import suppress
+from collections.abc import Container, Iterator
+from contextlib import ExitStack, suppress
 import fcntl
 import os
 from pathlib import Path
@@ -49,37 +49,34 @@ def used_by(pid: int) -> set[str]:
 
 
 def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
-           leaving: bool = False) -> list[Path]:
+           leaving: bool = False) -> Iterator[Path]:
     """The files that no living process uses, or no other where this one is leaving.
 
-    In use is what someone holds the lock of or has mapped, or what belongs to another user.
+    In use is what someone holds the lock of or has mapped, or what belongs to another user. Each
+    is kept locked until the next is asked for, so that nobody takes the port while it is removed.
     """
     groups: dict[str, list[Path]] = {}
     for file in folder.glob('fastrtps_*'):
         if match := NAME.fullmatch(file.name):
             groups.setdefault(match[1], []).append(file)
     mapped = _mapped_files(os.getpid() if leaving else None) if groups else set()
-    found = []
     for name, files in groups.items():
-        try:
+        with ExitStack() as locks, suppress(FileNotFoundError):  # its owner ended just now
             states = [file.stat() for file in files]
             if not (any(state.st_uid != os.geteuid() or time.time() - state.st_mtime < settled
                         or (state.st_dev, state.st_ino) in mapped for state in states)
-                    or any(_locked(file) for file in files if file.name != name)):
-                found += files
-                found += folder.glob(f'sem.{name}_mutex')
-        except FileNotFoundError:  # its owner ended just now
-            continue
-    return found
+                    or any(not _lock(file, locks) for file in files if file.name != name)):
+                yield from files
+                yield from folder.glob(f'sem.{name}_mutex')
 
 
-def _locked(file: Path) -> bool:
-    with file.open('rb') as stream:
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-    return False
+def _lock(file: Path, locks: ExitStack) -> bool:
+    """Whether its lock can be had; then it is held."""
+    try:
+        fcntl.flock(locks.enter_context(file.open('rb')), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def _mapped_files(leaving: int | None) -> set[tuple[int, int]]:

@@ -6,9 +6,14 @@ binds its ports to all interfaces, and takes what comes there from whoever knows
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, ExitStack, suppress
 import os
 from pathlib import Path
+import secrets
+from tempfile import NamedTemporaryFile
+
+from bpc_perception.shared_memory import SHARED_MEMORY
 
 # Read by Fast DDS under the one or the other name.
 VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
@@ -17,6 +22,9 @@ FOLDER = Path(__file__).parent
 # Whether it is for this computer only, and for a process that publishes captures.
 PROFILES = {(True, True): FOLDER / 'local_transport.xml', (True, False): FOLDER / 'local.xml',
             (False, True): FOLDER / 'transport.xml', (False, False): FOLDER / 'network.xml'}
+# The port for messages is 7400 + 250 domain + 2 participant + an offset, by default 11. With up to
+# 32 participants and one of these offsets it is among the 250 of its domain.
+OFFSETS = range(11, 188, 2)
 
 
 def users_profile(environment: Mapping[str, str]) -> str:
@@ -36,3 +44,26 @@ def with_profile(environment: Mapping[str, str], captures: bool = False) -> dict
 def choose_profile(captures: bool = False) -> None:
     """The same for this process, before it starts ROS."""
     os.environ.update(with_profile(os.environ, captures))
+
+
+@contextmanager
+def listening_elsewhere() -> Iterator[None]:
+    """Let the participant that is made meanwhile listen on another port than those before it.
+
+    Otherwise a process that takes the place of a killed one takes its port too, and hears nobody
+    who wrote to that one before they find out, 3 s later. They never do if it was killed between
+    waiting for a message and reading it [Fast DDS 2.14, WatchTask in SharedMemGlobal.hpp; issue
+    5053, pull request 4728]. A user's own profile is left as it is.
+    """
+    profile = next(filter(None, map(os.environ.get, VARIABLES)), None)
+    with ExitStack() as stack:
+        if profile and not users_profile(os.environ):
+            with suppress(OSError):  # there is no room; then as Fast DDS would have it
+                port = f'<port><offsetd3>{secrets.choice(OFFSETS)}</offsetd3></port>'
+                file = stack.enter_context(NamedTemporaryFile(
+                    'w', prefix='bpc_', suffix='.xml', dir=SHARED_MEMORY))
+                file.write(Path(profile).read_text().replace('<rtps>', f'<rtps>{port}'))
+                file.flush()
+                stack.callback(os.environ.update, dict.fromkeys(VARIABLES, profile))
+                os.environ.update(dict.fromkeys(VARIABLES, file.name))
+        yield

@@ -9,6 +9,8 @@ from dataclasses import replace
 from functools import partial
 import os
 from pathlib import Path
+import re
+import select
 import signal
 import subprocess
 import sys
@@ -56,12 +58,14 @@ from bpc_perception.nodes.path_follower import PathFollower
 from bpc_perception.nodes.path_recorder import PathRecorderNode
 from bpc_perception.nodes.thickness import ThicknessNode
 from bpc_perception.path_journal import PathJournal
+from bpc_perception.transport import with_profile
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from bpc_interfaces.msg import (
@@ -1029,6 +1033,48 @@ def test_told_to_end_while_it_starts_a_node_leaves_nothing_half_made(
     ended = subprocess.run([sys.executable, '-c', TOLD, str(int(number)), moment],
                            capture_output=True, text=True, timeout=60, check=False)
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, words, '')
+
+
+LISTENS = """
+from bpc_perception.nodes.run import run
+from rclpy.node import Node
+from std_msgs.msg import Empty
+
+class Listens(Node):
+    def __init__(self):
+        super().__init__('listens')
+        self.create_subscription(Empty, 'topic', lambda _: print('heard', flush=True), 1)
+
+run(Listens)
+"""
+
+
+def test_nodes_one_after_another_listen_on_different_ports(
+        graph: Any, ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever wrote to one that was killed may write to its port for ever."""
+    for name, value in with_profile(os.environ).items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    node = graph.make(partial(Node, 'talks'))
+    publisher = node.create_publisher(Empty, 'topic', 1)
+    node.create_timer(0.02, lambda: publisher.publish(Empty()))
+    own = range(7400 + 250 * ros_domain, 7650 + 250 * ros_domain)
+
+    def port_of_one_that_is_killed() -> int:
+        with subprocess.Popen([sys.executable, '-c', LISTENS], stdout=subprocess.PIPE) as process:
+            try:
+                graph.spin_until(lambda: select.select([process.stdout], [], [], 0)[0])
+                assert process.stdout is not None
+                assert process.stdout.readline() == b'heard\n'
+                found = re.findall(r'fastrtps_port(\d+)_el', ' '.join(
+                    os.readlink(file) for file in Path(f'/proc/{process.pid}/fd').iterdir()))
+            finally:
+                process.kill()
+        port, = (int(number) for number in found if int(number) in own)
+        return port
+
+    # Of 88 numbers; that four are one is as likely as one in 700 000.
+    assert len({port_of_one_that_is_killed() for _ in range(4)}) > 1
 
 
 def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> None:

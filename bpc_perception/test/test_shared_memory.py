@@ -7,7 +7,7 @@ import mmap
 import os
 from pathlib import Path
 
-from bpc_perception.shared_memory import clean, used_by
+from bpc_perception.shared_memory import clean, unused, used_by
 import pytest
 
 SEGMENT, PORT = 'fastrtps_0123456789abcdef', 'fastrtps_port7411'
@@ -69,6 +69,16 @@ def test_only_what_a_process_used_is_removed_after_it(tmp_path: Path) -> None:
     assert clean(tmp_path, settled=0, among={SEGMENT}) == mmap.PAGESIZE
     assert sorted(tmp_path.iterdir()) == sorted(others)
     assert used_by(2**22 + 1) == set()  # beyond the largest process id
+
+
+def test_nobody_takes_a_port_while_it_is_removed(tmp_path: Path) -> None:
+    files = segment(tmp_path, PORT)
+    found = []
+    for file in unused(tmp_path, settled=0):
+        found.append(file)
+        with files[1].open('rb') as other, pytest.raises(BlockingIOError):
+            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    assert sorted(found) == sorted(files)
 
 
 def test_what_is_young_stays(tmp_path: Path) -> None:

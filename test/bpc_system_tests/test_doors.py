@@ -16,11 +16,18 @@ from xml.etree import ElementTree
 
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.testing import Graph
-from bpc_perception.transport import FOLDER, PROFILES, RANGE, VARIABLES, with_profile
+from bpc_perception.transport import (
+    FOLDER,
+    listening_elsewhere,
+    PROFILES,
+    RANGE,
+    VARIABLES,
+    with_profile,
+)
 import pytest
 from rclpy.node import Node
 
-from bpc_perception import topics
+from bpc_perception import topics, transport
 
 from . import sros2_policy
 from .command_line import SAMPLE
@@ -267,6 +274,51 @@ def test_the_profile_follows_the_range(reach: str | None, captures: bool,
 def test_a_users_own_profile_is_left_alone() -> None:
     given = {VARIABLES[1]: '/home/my.xml', RANGE: 'LOCALHOST'}
     assert with_profile(given, captures=True) == given
+
+
+def offsets(name: str) -> list[str | None]:
+    """The offset of the port for messages, of the profile that is given."""
+    return [each.text for each in ElementTree.parse(os.environ[name]).getroot().iterfind(
+        './/dds:participant/dds:rtps/dds:port/dds:offsetd3', NAMESPACE)]
+
+
+@pytest.mark.parametrize('profile', PROFILES.values(), ids=lambda profile: profile.name)
+def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.MonkeyPatch,
+                                                      profile: Path) -> None:
+    for name in VARIABLES:
+        monkeypatch.setenv(name, str(profile))
+    found = set()
+    for _ in range(1000):
+        with listening_elsewhere():
+            (offset,), others = offsets(VARIABLES[0]), offsets(VARIABLES[1])
+            assert others == [offset]
+            found.add(int(offset or ''))
+            made = Path(os.environ[VARIABLES[0]])
+        assert not made.exists()
+        assert [os.environ[name] for name in VARIABLES] == [str(profile)] * 2
+    # Odd numbers, as those of discovery are even; with up to 32 participants below the next 250.
+    assert found <= set(range(11, 250 - 2 * 31, 2))
+    assert len(found) > 80
+
+
+@pytest.mark.parametrize('name', VARIABLES)
+def test_a_users_own_profile_says_the_port(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    for variable in VARIABLES:
+        monkeypatch.delenv(variable, raising=False)
+    with listening_elsewhere():
+        assert not any(variable in os.environ for variable in VARIABLES)
+    monkeypatch.setenv(name, '/home/my.xml')
+    with listening_elsewhere():
+        assert os.environ[name] == '/home/my.xml'
+
+
+def test_without_room_for_a_profile_the_port_is_as_ever(monkeypatch: pytest.MonkeyPatch,
+                                                        tmp_path: Path) -> None:
+    for name in VARIABLES:
+        monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
+    monkeypatch.setattr(transport, 'SHARED_MEMORY', tmp_path / 'none')
+    with listening_elsewhere():
+        assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
 
 
 def test_a_lab_opens_one_network_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

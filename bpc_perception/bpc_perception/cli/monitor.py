@@ -29,6 +29,7 @@ from bpc_perception.conversions import (
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.ending import ending_signals
+from bpc_perception.transport import listening_elsewhere
 
 QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
 WARNINGS = 100  # kinds that are kept at most, the newest
@@ -170,7 +171,8 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     before = {number: signal.signal(number, lambda received, _: early.append(received))
               for number in ending_signals()}
     rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
-    node = rclpy.create_node('bpc_monitor')
+    with listening_elsewhere():
+        node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     monitor = Monitor(node, executor, terminal, keep)

@@ -25,6 +25,7 @@ from bpc_perception.nodes.process import (
     keep_memory,
     open_heartbeat,
 )
+from bpc_perception.transport import listening_elsewhere
 
 try:
     from rclpy.experimental import EventsExecutor
@@ -101,7 +102,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
 
 def _made(make_node: Callable[[], Node | Sequence[Node]]) -> list[Node]:
     try:
-        made = make_node()
+        with listening_elsewhere():
+            made = make_node()
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)
     else:
