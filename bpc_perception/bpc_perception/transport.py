@@ -53,16 +53,17 @@ def listening_elsewhere() -> Iterator[None]:
     Otherwise a process that takes the place of a killed one takes its port too, and hears nobody
     who wrote to that one before they find out, 3 s later. They never do if it was killed between
     waiting for a message and reading it [Fast DDS 2.14, WatchTask in SharedMemGlobal.hpp; issue
-    5053, pull request 4728]. A user's own profile is left as it is.
+    5053, pull request 4728]. A profile that says the ports itself is left as it is.
     """
     profile = next(filter(None, map(os.environ.get, VARIABLES)), None)
     with ExitStack() as stack:
-        if profile and not users_profile(os.environ):
-            with suppress(OSError):  # there is no room; then as Fast DDS would have it
+        # Where it cannot be read or there is no room, the port is that of Fast DDS.
+        with suppress(OSError, UnicodeDecodeError):
+            if profile and '<port>' not in (text := Path(profile).read_text()):
                 port = f'<port><offsetd3>{secrets.choice(OFFSETS)}</offsetd3></port>'
                 file = stack.enter_context(NamedTemporaryFile(
                     'w', prefix='bpc_', suffix='.xml', dir=SHARED_MEMORY))
-                file.write(Path(profile).read_text().replace('<rtps>', f'<rtps>{port}'))
+                file.write(text.replace('<rtps>', f'<rtps>{port}'))
                 file.flush()
                 stack.callback(os.environ.update, dict.fromkeys(VARIABLES, profile))
                 os.environ.update(dict.fromkeys(VARIABLES, file.name))

@@ -301,15 +301,21 @@ def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.Monkey
     assert len(found) > 80
 
 
+@pytest.mark.parametrize('text', ['<port>', None, '\N{DEGREE SIGN}'])
 @pytest.mark.parametrize('name', VARIABLES)
-def test_a_users_own_profile_says_the_port(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def test_a_profile_that_says_the_ports_is_left_as_it_is(
+        monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, text: str | None) -> None:
+    """So is one that cannot be read, and none."""
     for variable in VARIABLES:
         monkeypatch.delenv(variable, raising=False)
     with listening_elsewhere():
         assert not any(variable in os.environ for variable in VARIABLES)
-    monkeypatch.setenv(name, '/home/my.xml')
+    profile = tmp_path / 'my.xml'
+    if text is not None:
+        profile.write_text(text, encoding='latin-1')
+    monkeypatch.setenv(name, str(profile))
     with listening_elsewhere():
-        assert os.environ[name] == '/home/my.xml'
+        assert os.environ[name] == str(profile)
 
 
 def test_without_room_for_a_profile_the_port_is_as_ever(monkeypatch: pytest.MonkeyPatch,
