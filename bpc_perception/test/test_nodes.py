@@ -1073,7 +1073,7 @@ def test_nodes_one_after_another_listen_on_different_ports(
         port, = (int(number) for number in found if int(number) in own)
         return port
 
-    # Of 88 numbers; that four are one is as likely as one in 700 000.
+    # Of 89 numbers; that four are one is as likely as one in 700 000.
     assert len({port_of_one_that_is_killed() for _ in range(4)}) > 1
 
 
