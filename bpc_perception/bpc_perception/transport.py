@@ -29,8 +29,13 @@ OFFSETS = range(11, 188, 2)
 
 def users_profile(environment: Mapping[str, str]) -> str:
     """The profile that the user has chosen; empty where it is one of ours, or none."""
-    given = next((environment[name] for name in VARIABLES if environment.get(name)), '')
+    given = _profile(environment)
     return '' if Path(given) in PROFILES.values() else given
+
+
+def _profile(environment: Mapping[str, str]) -> str:
+    """The one that Fast DDS would read; empty if none."""
+    return next((environment[name] for name in VARIABLES if environment.get(name)), '')
 
 
 def with_profile(environment: Mapping[str, str], captures: bool = False) -> dict[str, str]:
@@ -55,16 +60,15 @@ def listening_elsewhere() -> Iterator[None]:
     waiting for a message and reading it [Fast DDS 2.14, WatchTask in SharedMemGlobal.hpp; issue
     5053, pull request 4728]. A profile that says the ports itself is left as it is.
     """
-    profile = next(filter(None, map(os.environ.get, VARIABLES)), None)
+    profile = _profile(os.environ)
     with ExitStack() as stack:
         # Where it cannot be read or there is no room, the port is that of Fast DDS.
         with suppress(OSError, UnicodeDecodeError):
             if profile and '<port>' not in (text := Path(profile).read_text()):
                 port = f'<port><offsetd3>{secrets.choice(OFFSETS)}</offsetd3></port>'
                 file = stack.enter_context(NamedTemporaryFile(
-                    'w', prefix='bpc_', suffix='.xml', dir=SHARED_MEMORY))
-                file.write(text.replace('<rtps>', f'<rtps>{port}'))
-                file.flush()
+                    prefix='bpc_', suffix='.xml', dir=SHARED_MEMORY))
+                Path(file.name).write_text(text.replace('<rtps>', f'<rtps>{port}'))
                 stack.callback(os.environ.update, dict.fromkeys(VARIABLES, profile))
                 os.environ.update(dict.fromkeys(VARIABLES, file.name))
         yield

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import ipaddress
 import os
 from pathlib import Path
+import resource
 import socket
 import subprocess
 import sys
@@ -325,6 +326,19 @@ def test_without_room_for_a_profile_the_port_is_as_ever(monkeypatch: pytest.Monk
     monkeypatch.setattr(transport, 'SHARED_MEMORY', tmp_path / 'none')
     with listening_elsewhere():
         assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
+
+
+def test_a_profile_that_cannot_be_written_whole_is_not_used(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in VARIABLES:
+        monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
+    try:
+        with listening_elsewhere():
+            assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_lab_opens_one_network_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
