@@ -52,23 +52,39 @@ def choose_profile(captures: bool = False) -> None:
 
 
 @contextmanager
-def listening_elsewhere() -> Iterator[None]:
-    """Let the participant that is made meanwhile listen on another port than those before it.
+def hearing(large_messages: bool) -> Iterator[None]:
+    """Let the participant that is made meanwhile hear where who is killed harms it least.
 
-    Otherwise a process that takes the place of a killed one takes its port too, and hears nobody
-    who wrote to that one before they find out, 3 s later. They never do if it was killed between
-    waiting for a message and reading it [Fast DDS 2.14, WatchTask in SharedMemGlobal.hpp; issue
-    5053, pull request 4728]. A profile that says the ports itself is left as it is.
+    Large messages: through shared memory, on another port than those before it. Otherwise a
+    process that takes the place of a killed one takes its port too, and hears nobody who wrote to
+    that one before they find out, 3 s later. They never do if it was killed between waiting for a
+    message and reading it [Fast DDS 2.14, WatchTask in SharedMemGlobal.hpp; issue 5053, pull
+    request 4728].
+
+    Others: by UDP alone. Whoever is killed while it wakes a listener in shared memory leaves a
+    lock behind, for which the listener, who writes to it and who answers it wait 1 s [Fast DDS
+    2.14, notify_unicast in SharedMemGlobal.hpp].
+
+    A profile that says ports or locators itself, or no UDP, keeps what it says.
     """
     profile = _profile(os.environ)
     with ExitStack() as stack:
-        # Where it cannot be read or there is no room, the port is that of Fast DDS.
+        # Where it cannot be read or there is no room, Fast DDS hears as it does by itself.
         with suppress(OSError, UnicodeDecodeError):
-            if profile and '<port>' not in (text := Path(profile).read_text()):
-                port = f'<port><offsetd3>{secrets.choice(OFFSETS)}</offsetd3></port>'
+            if profile and (where := _where(text := Path(profile).read_text(), large_messages)):
                 file = stack.enter_context(NamedTemporaryFile(
                     prefix='bpc_', suffix='.xml', dir=SHARED_MEMORY))
-                Path(file.name).write_text(text.replace('<rtps>', f'<rtps>{port}'))
+                Path(file.name).write_text(text.replace('<rtps>', f'<rtps>{where}'))
                 stack.callback(os.environ.update, dict.fromkeys(VARIABLES, profile))
                 os.environ.update(dict.fromkeys(VARIABLES, file.name))
         yield
+
+
+def _where(profile: str, large_messages: bool) -> str:
+    """Where to hear, in the words of a profile; empty if this one says it itself."""
+    if '<port>' in profile or '<defaultUnicastLocatorList>' in profile:
+        return ''
+    if large_messages or 'UDPv4' not in profile:
+        return f'<port><offsetd3>{secrets.choice(OFFSETS)}</offsetd3></port>'
+    return ('<defaultUnicastLocatorList><locator><udpv4/></locator>'
+            '</defaultUnicastLocatorList>')

@@ -408,6 +408,48 @@ def test_silence_of_an_input_is_said_at_once_and_until_it_is_over(graph: Any) ->
     bench.until(heard_again)
 
 
+def test_a_second_fault_is_said_as_soon_as_the_first(graph: Any) -> None:
+    """Also within the second of the diagnostics in which the first was said."""
+    bench = recorder(graph, watch__warn_after=0.2, watch__error_after=60.0)
+    bench.timer.cancel()
+    states = bench.received['/diagnostics']
+    sent = 0
+
+    def goes_on(*names: str) -> None:
+        nonlocal sent
+        sent += 1
+        if topics.POSE in names:
+            bench.send(topics.POSE, flange_pose(0.02 * sent))
+        if topics.EXTRUSION in names:
+            bench.send(topics.EXTRUSION, extrusion(0.02 * sent, False))
+
+    def said(text: str, *names: str) -> float:
+        """When it was said first, if these inputs go on [s]."""
+        before = len(states)
+
+        def those() -> list[Any]:
+            goes_on(*names)
+            return [state for state in states[before:] if text in state.status[0].message]
+
+        bench.until(those)
+        return stamp_to_ns(those()[0].header.stamp) * 1e-9
+
+    said('ok', topics.POSE, topics.EXTRUSION)
+    first = said(f'{topics.EXTRUSION}: expected messages, found silence', topics.POSE)
+    second = said(f'{topics.POSE}: expected messages, found silence')
+    assert second - first < 0.8
+    assert f'{topics.EXTRUSION}: ' in states[-1].status[0].message  # which goes on
+    over = said('ok', topics.POSE, topics.EXTRUSION)
+    assert over - second < 0.8
+    bench.node._diagnostics.refuse('one: of a kind')
+    bench.node._diagnostics.refuse('another: of a kind')
+    refused = said('one: of a kind; another: of a kind', topics.POSE, topics.EXTRUSION)
+    bench.node._diagnostics.refuse('new: of a kind')
+    assert said('new: of a kind', topics.POSE, topics.EXTRUSION) - refused < 0.8
+    bench.node._diagnostics.refuse('new: the same again')  # as often as messages come
+    assert said('new: the same again', topics.POSE, topics.EXTRUSION) - refused > 0.9
+
+
 def test_a_clock_that_goes_back_clears_the_print(graph: Any) -> None:
     bench = recorder(graph, use_sim_time=True)
 
@@ -1045,13 +1087,14 @@ class Listens(Node):
         super().__init__('listens')
         self.create_subscription(Empty, 'topic', lambda _: print('heard', flush=True), 1)
 
-run(Listens)
+run(Listens, large_messages={})
 """
 
 
-def test_nodes_one_after_another_listen_on_different_ports(
-        graph: Any, ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever wrote to one that was killed may write to its port for ever."""
+@pytest.fixture
+def shared_memory_ports(graph: Any, ros_domain: int, monkeypatch: pytest.MonkeyPatch,
+                        ) -> Callable[[bool], list[int]]:
+    """At which ports a node, that then is killed, hears messages through shared memory."""
     for name, value in with_profile(os.environ).items():
         monkeypatch.setenv(name, value)
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
@@ -1060,8 +1103,9 @@ def test_nodes_one_after_another_listen_on_different_ports(
     node.create_timer(0.02, lambda: publisher.publish(Empty()))
     own = range(7400 + 250 * ros_domain, 7650 + 250 * ros_domain)
 
-    def port_of_one_that_is_killed() -> int:
-        with subprocess.Popen([sys.executable, '-c', LISTENS], stdout=subprocess.PIPE) as process:
+    def ports(large_messages: bool) -> list[int]:
+        with subprocess.Popen([sys.executable, '-c', LISTENS.format(large_messages)],
+                              stdout=subprocess.PIPE) as process:
             try:
                 graph.spin_until(lambda: select.select([process.stdout], [], [], 0)[0])
                 assert process.stdout is not None
@@ -1070,11 +1114,24 @@ def test_nodes_one_after_another_listen_on_different_ports(
                     os.readlink(file) for file in Path(f'/proc/{process.pid}/fd').iterdir()))
             finally:
                 process.kill()
-        port, = (int(number) for number in found if int(number) in own)
-        return port
+        return [int(number) for number in found if int(number) in own]
 
+    return ports
+
+
+def test_nodes_one_after_another_listen_on_different_ports(
+        shared_memory_ports: Callable[[bool], list[int]]) -> None:
+    """Whoever wrote to one that was killed may write to its port for ever."""
     # Of 89 numbers; that four are one is as likely as one in 700 000.
-    assert len({port_of_one_that_is_killed() for _ in range(4)}) > 1
+    found = [shared_memory_ports(True) for _ in range(4)]
+    assert {len(ports) for ports in found} == {1}
+    assert len({port for port, in found}) > 1
+
+
+def test_who_takes_no_captures_hears_nothing_through_shared_memory(
+        shared_memory_ports: Callable[[bool], list[int]]) -> None:
+    """There a publisher that is killed may leave a lock for which it would wait a second."""
+    assert shared_memory_ports(False) == []
 
 
 def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> None:

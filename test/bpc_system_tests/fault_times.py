@@ -2,14 +2,14 @@
 
 ``python -m bpc_system_tests.fault_times --count 10``, in the folder ``test``: the robot is killed,
 then nodes of ``bpc live`` are, again and again. Printed are the times from the kill until
-/diagnostics says so, and until a capture taken after it is measured.
+/diagnostics says so, and until a capture taken after it is measured, as the live view hears it.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, ExitStack
 import os
 from pathlib import Path
 import signal
@@ -20,6 +20,7 @@ import time
 
 from bpc_perception.cli.processes import Nodes
 from bpc_perception.conversions import stamp_to_ns
+from bpc_perception.transport import choose_profile, hearing
 from bpc_sim.sample import hand_eye, parameters
 from bpc_sim.scenarios import SCENARIOS
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -98,8 +99,10 @@ def main() -> None:
     count = parser.parse_args().count
     job = SCENARIOS[SCENARIO](SPEED)
     times: dict[str, list[float]] = {}
-    with tempfile.TemporaryDirectory() as name, own_domain() as domain, \
-            listening(domain) as listener:
+    choose_profile()
+    with tempfile.TemporaryDirectory() as name, own_domain() as domain, ExitStack() as stack:
+        with hearing(large_messages=False):
+            listener = stack.enter_context(listening(domain))
         folder = Path(name)
         calibration, settings = folder / 'cell.calib', folder / 'cell.yaml'
         calibration.write_text(yaml.safe_dump(hand_eye(job)))

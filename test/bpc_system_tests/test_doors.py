@@ -19,7 +19,7 @@ from bpc_perception.cli.processes import Nodes
 from bpc_perception.testing import Graph
 from bpc_perception.transport import (
     FOLDER,
-    listening_elsewhere,
+    hearing,
     PROFILES,
     RANGE,
     VARIABLES,
@@ -251,6 +251,8 @@ def test_profiles_differ_in_what_they_are_for_only() -> None:
             '2048']
         types = [each.text for each in root.iterfind('.//dds:type', NAMESPACE)]
         assert types == ['SHM', 'UDPv4']
+        assert [float(root.findtext(f'.//dds:leaseAnnouncement/dds:{unit}', '', NAMESPACE))
+                for unit in ('sec', 'nanosec')] == [0, 5e8]
         # Or else Fast DDS adds its own transports, which listen everywhere.
         assert root.findtext('.//dds:useBuiltinTransports', None, NAMESPACE) == 'false'
         used = {each.text for each in root.iterfind('.//dds:userTransports/*', NAMESPACE)}
@@ -290,7 +292,7 @@ def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.Monkey
         monkeypatch.setenv(name, str(profile))
     found = set()
     for _ in range(1000):
-        with listening_elsewhere():
+        with hearing(large_messages=True):
             (offset,), others = offsets(VARIABLES[0]), offsets(VARIABLES[1])
             assert others == [offset]
             found.add(int(offset or ''))
@@ -302,20 +304,45 @@ def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.Monkey
     assert len(found) > 80
 
 
-@pytest.mark.parametrize('text', ['<port>', None, '\N{DEGREE SIGN}'])
+@pytest.mark.parametrize('profile', PROFILES.values(), ids=lambda profile: profile.name)
+def test_small_messages_are_heard_by_udp(monkeypatch: pytest.MonkeyPatch, profile: Path) -> None:
+    for name in VARIABLES:
+        monkeypatch.setenv(name, str(profile))
+    with hearing(large_messages=False):
+        rtps = ElementTree.parse(os.environ[VARIABLES[0]]).getroot().find(
+            './/dds:participant/dds:rtps', NAMESPACE)
+        assert rtps is not None
+        assert [each.tag.partition('}')[2] for each in rtps.iterfind(
+            'dds:defaultUnicastLocatorList/dds:locator/*', NAMESPACE)] == ['udpv4']
+        assert rtps.find('dds:port', NAMESPACE) is None
+    assert [os.environ[name] for name in VARIABLES] == [str(profile)] * 2
+
+
+def test_who_has_no_udp_hears_small_messages_through_shared_memory(
+        monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    profile = tmp_path / 'my.xml'
+    profile.write_text((FOLDER / 'local.xml').read_text().replace('UDPv4', 'SHM'))
+    for name in VARIABLES:
+        monkeypatch.setenv(name, str(profile))
+    with hearing(large_messages=False):
+        assert len(offsets(VARIABLES[0])) == 1
+
+
+@pytest.mark.parametrize('text', ['<port>', '<defaultUnicastLocatorList>', None,
+                                  '\N{DEGREE SIGN}'])
 @pytest.mark.parametrize('name', VARIABLES)
-def test_a_profile_that_says_the_ports_is_left_as_it_is(
+def test_a_profile_that_says_where_to_hear_is_left_as_it_is(
         monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, text: str | None) -> None:
     """So is one that cannot be read, and none."""
     for variable in VARIABLES:
         monkeypatch.delenv(variable, raising=False)
-    with listening_elsewhere():
+    with hearing(large_messages=True):
         assert not any(variable in os.environ for variable in VARIABLES)
     profile = tmp_path / 'my.xml'
     if text is not None:
         profile.write_text(text, encoding='latin-1')
     monkeypatch.setenv(name, str(profile))
-    with listening_elsewhere():
+    with hearing(large_messages=True):
         assert os.environ[name] == str(profile)
 
 
@@ -324,7 +351,7 @@ def test_without_room_for_a_profile_the_port_is_as_ever(monkeypatch: pytest.Monk
     for name in VARIABLES:
         monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
     monkeypatch.setattr(transport, 'SHARED_MEMORY', tmp_path / 'none')
-    with listening_elsewhere():
+    with hearing(large_messages=True):
         assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
 
 
@@ -335,7 +362,7 @@ def test_a_profile_that_cannot_be_written_whole_is_not_used(
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
     try:
-        with listening_elsewhere():
+        with hearing(large_messages=True):
             assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

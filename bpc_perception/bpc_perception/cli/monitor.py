@@ -29,7 +29,7 @@ from bpc_perception.conversions import (
 from bpc_perception.core.advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.ending import ending_signals
-from bpc_perception.transport import listening_elsewhere
+from bpc_perception.transport import hearing
 
 QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
 WARNINGS = 100  # kinds that are kept at most, the newest
@@ -171,7 +171,7 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     before = {number: signal.signal(number, lambda received, _: early.append(received))
               for number in ending_signals()}
     rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
-    with listening_elsewhere():
+    with hearing(large_messages=False):
         node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)

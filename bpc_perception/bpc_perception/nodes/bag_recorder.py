@@ -138,7 +138,7 @@ def main(told: Callable[[dict[str, int], int], None] | None = None,
         made.append(BagRecorderNode(told, beside))
         return made[0]
 
-    run(bag_recorder, carries_captures=True, fast_streams=True)
+    run(bag_recorder, large_messages=True, fast_streams=True)
     if made and made[0].failure:
         print(f'bag_recorder: {made[0].failure}', file=sys.stderr)
         sys.exit(REFUSED)

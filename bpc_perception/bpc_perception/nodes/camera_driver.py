@@ -143,7 +143,7 @@ class CameraDriverNode(ManagedNode):
 
 def main() -> None:
     """Run the node."""
-    run(CameraDriverNode, carries_captures=True)
+    run(CameraDriverNode, large_messages=True)
 
 
 if __name__ == '__main__':

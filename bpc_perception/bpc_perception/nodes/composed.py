@@ -20,7 +20,7 @@ def composed() -> tuple[Node, Node]:
 
 def main() -> None:
     """Run the nodes."""
-    run(composed, carries_captures=True)
+    run(composed, large_messages=True)
 
 
 if __name__ == '__main__':

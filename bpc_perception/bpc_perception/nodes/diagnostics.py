@@ -12,7 +12,7 @@ from bpc_perception.core.config import WatchConfig
 from bpc_perception.core.input_watch import InputWatch, Level
 from bpc_perception.nodes.clock import steady_clock
 
-PERIOD = 1.0  # while nothing gets worse [s]
+PERIOD = 1.0  # while nothing changes [s]
 LOOK = 0.05  # how late it is seen that something did [s]
 WORSE = (Level.OK, Level.STALE, Level.WARN, Level.ERROR)
 SAYS = {Level.STALE: 'expected messages, heard of none yet',
@@ -23,8 +23,9 @@ SAYS = {Level.STALE: 'expected messages, heard of none yet',
 class Diagnostics:
     """Counts events and refusals of a node, watches its inputs, and publishes once a second.
 
-    What gets worse is published at once; better it gets with the second. The level is that of the
-    worst input, and WARN in a second in which something was refused or warned of.
+    At once is published what changes of an input's level, and what is refused or warned of for the
+    first time in a second. The level is that of the worst input, or WARN if that is worse and
+    something was refused or warned of since the last time.
     """
 
     def __init__(self, node: Node, hardware_id: str = 'none',
@@ -36,9 +37,10 @@ class Diagnostics:
         self._counts: Counter[str] = Counter()
         self._refusals: Counter[str] = Counter()
         self._notes: dict[str, str] = {}
-        self._news: list[str] = []
+        self._news: dict[str, str] = {}  # by kind
+        self._told: dict[str, float] = {}  # when a kind was last among the news [s], steady
+        self._levels: dict[str, Level] = {}  # as published
         self._last_refusal = self._last_warning = ''
-        self._level = Level.OK
         self._published, self._published_counts = time.monotonic(), Counter[str]()
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         # Steady time: a node whose clock stands still has to go on saying so.
@@ -56,15 +58,13 @@ class Diagnostics:
     def refuse(self, reason: object) -> None:
         """Count input that cannot be used; the words before the first colon are its kind."""
         text = str(reason)
-        kind = text.split(':')[0]
-        self._refusals[kind] += 1
-        self._news.append(text)
+        self._refusals[self._is_news(text)] += 1
         self._last_refusal = text
         self._node.get_logger().warning(text, throttle_duration_sec=1.0)
 
     def warn(self, text: str) -> None:
         """Say what is not as it should be, though nothing had to be refused."""
-        self._news.append(text)
+        self._is_news(text)
         self._last_warning = text
         self._node.get_logger().warning(text, throttle_duration_sec=10.0)
 
@@ -76,21 +76,19 @@ class Diagnostics:
         """Take note of a message of a watched input, whatever is in it."""
         self._inputs[name].heard(time.monotonic())
 
+    def _is_news(self, text: str) -> str:
+        kind = text.split(':')[0]
+        self._news[kind] = text
+        return kind
+
     def _look(self) -> None:
-        level, _ = self._state()
-        worse = WORSE.index(level) > WORSE.index(self._level)
-        if worse or time.monotonic() - self._published >= PERIOD:
+        now = time.monotonic()
+        times = [self._published, *(self._told.get(kind, -PERIOD) for kind in self._news)]
+        if now - min(times) >= PERIOD or self._input_levels(now) != self._levels:
             self.publish()
 
-    def _state(self) -> tuple[Level, str]:
-        """The level, and what is to be said: news first, silence goes on being said."""
-        now = time.monotonic()
-        levels = {name: watched.level(now) for name, watched in self._inputs.items()}
-        name, level = max(levels.items(), key=lambda each: WORSE.index(each[1]),
-                          default=('', Level.OK))
-        if self._news:
-            return max(Level.WARN, level, key=WORSE.index), self._news[-1]
-        return level, 'ok' if level == Level.OK else f'{name}: {SAYS[level]}'
+    def _input_levels(self, now: float) -> dict[str, Level]:
+        return {name: watched.level(now) for name, watched in self._inputs.items()}
 
     def publish(self) -> None:
         """Publish the state now."""
@@ -109,11 +107,18 @@ class Diagnostics:
                    for kind, count in self._refusals.items()]
         values += [KeyValue(key=key, value=value) for key, value in (
             ('last refusal', self._last_refusal), ('last warning', self._last_warning)) if value]
-        self._level, message = self._state()
+        self._levels = self._input_levels(now)
+        wrong = [f'{name}: {SAYS[level]}' for name, level in self._levels.items()
+                 if level != Level.OK]
+        worst = max((Level.WARN if self._news else Level.OK, *self._levels.values()),
+                    key=WORSE.index)
         self._published, self._published_counts = now, self._counts.copy()
+        status = DiagnosticStatus(
+            level=bytes([worst]), name=self._node.get_name(),
+            message='; '.join([*wrong, *self._news.values()]) or 'ok',
+            hardware_id=self._hardware_id, values=values)
+        self._told.update(dict.fromkeys(self._news, now))
         self._news.clear()
-        status = DiagnosticStatus(level=bytes([self._level]), name=self._node.get_name(),
-                                  message=message, hardware_id=self._hardware_id, values=values)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(array)

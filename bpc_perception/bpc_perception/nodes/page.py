@@ -170,7 +170,7 @@ def _pass_on(outcome: Future[Outcome], answered: Any) -> None:
 
 def main() -> None:
     """Run the node."""
-    run(PageNode)
+    run(PageNode, large_messages=True)
 
 
 if __name__ == '__main__':

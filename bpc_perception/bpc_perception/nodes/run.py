@@ -25,7 +25,7 @@ from bpc_perception.nodes.process import (
     keep_memory,
     open_heartbeat,
 )
-from bpc_perception.transport import listening_elsewhere
+from bpc_perception.transport import hearing
 
 try:
     from rclpy.experimental import EventsExecutor
@@ -57,7 +57,7 @@ class _Ending:
         self.asked = True
 
 
-def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool = False,
+def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = False,
         fast_streams: bool = False) -> None:
     """Spin a node until one of the ending signals; exit with 2 if it refuses to start.
 
@@ -65,10 +65,10 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
 
     Args:
         make_node: makes the node or nodes.
-        carries_captures: messages of 40 MB come or go.
+        large_messages: captures or views come or go, messages of up to 40 MB.
         fast_streams: hundreds of messages come a second; half the work where rclpy can do it.
     """
-    if carries_captures:
+    if large_messages:
         keep_memory()
     is_child = end_with_parent()
     pipe = open_heartbeat()
@@ -84,7 +84,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
     failures: list[Exception] = []
     try:
         if not ending.asked:
-            nodes += _made(make_node)
+            nodes += _made(make_node, large_messages)
             _spin(nodes, ending, failures, pipe, fast_streams)
     finally:
         if is_child:
@@ -100,9 +100,9 @@ def run(make_node: Callable[[], Node | Sequence[Node]], carries_captures: bool =
         sys.exit(DEFECT)
 
 
-def _made(make_node: Callable[[], Node | Sequence[Node]]) -> list[Node]:
+def _made(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
     try:
-        with listening_elsewhere():
+        with hearing(large_messages):
             made = make_node()
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)

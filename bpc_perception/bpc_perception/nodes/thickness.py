@@ -144,7 +144,7 @@ class ThicknessNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(ThicknessNode, carries_captures=True)
+    run(ThicknessNode, large_messages=True)
 
 
 if __name__ == '__main__':
