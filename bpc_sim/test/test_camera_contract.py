@@ -229,7 +229,7 @@ def test_the_node_is_active_before_the_camera_is_there(graph: Graph, zivid: Zivi
     zivid.plugged = False
     node = graph.make(CameraDriverNode, back_end='zivid')
     assert node.state == 'active'
-    assert any('No Zivid cameras' in text for text in node._diagnostics._news)
+    assert 'No Zivid cameras' in node._diagnostics._last_warning
     zivid.plugged = True
     end = time.monotonic() + 5
     while not zivid.connections:

@@ -181,7 +181,7 @@ def test_it_acts_on_a_live_print(browser: Chrome, ros_domain: int) -> None:
         browser.get(address)
         shown = 'return document.querySelector("{}").innerText'
         patience.until(lambda _: re.fullmatch(
-            r'path_recorder\s+\S+: expected messages, heard of none yet\s+thickness\s+ok',
+            r'path_recorder\s+\S+, \S+: expected messages, heard of none yet\s+thickness\s+ok',
             browser.execute_script(shown.format('.area-nodes .entries')).strip()))
         browser.find_element(By.CSS_SELECTOR, '.action-start').click()
         patience.until(lambda _: re.search(

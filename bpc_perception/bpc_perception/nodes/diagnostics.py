@@ -108,8 +108,10 @@ class Diagnostics:
         values += [KeyValue(key=key, value=value) for key, value in (
             ('last refusal', self._last_refusal), ('last warning', self._last_warning)) if value]
         self._levels = self._input_levels(now)
-        wrong = [f'{name}: {SAYS[level]}' for name, level in self._levels.items()
-                 if level != Level.OK]
+        silent = {level: [name for name, found in self._levels.items() if found == level]
+                  for level in reversed(WORSE)}
+        wrong = [f'{", ".join(names)}: {SAYS[level]}' for level, names in silent.items()
+                 if names and level != Level.OK]
         worst = max((Level.WARN if self._news else Level.OK, *self._levels.values()),
                     key=WORSE.index)
         self._published, self._published_counts = now, self._counts.copy()
