@@ -63,7 +63,7 @@ def hearing(large_messages: bool) -> Iterator[None]:
 
     Others: by UDP alone. Whoever is killed while it wakes a listener in shared memory leaves a
     lock behind, for which the listener, who writes to it and who answers it wait 1 s [Fast DDS
-    2.14, notify_unicast in SharedMemGlobal.hpp].
+    2.14, notify_one in RobustInterprocessCondition.hpp].
 
     A profile that says ports or locators itself, or no UDP, keeps what it says.
     """
