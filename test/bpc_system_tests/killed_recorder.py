@@ -20,6 +20,7 @@ from bpc_perception.bag import Bag
 from bpc_perception.conversions import capture_to_messages
 from bpc_perception.core.capture import Capture, PinholeCamera
 from bpc_perception.testing import Graph
+from bpc_perception.transport import choose_profile
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 from rclpy.node import Node
@@ -174,6 +175,7 @@ def main() -> None:
     parser.add_argument('--at-once', type=int, default=2)
     parser.add_argument('--size', type=int, nargs=2, default=(1944, 1200))
     given = parser.parse_args()
+    choose_profile(captures=True)
     rng, rows = np.random.default_rng(given.seed), []
     while len(rows) < given.kills:
         moments = rng.uniform(*KILLED, given.at_once).tolist()

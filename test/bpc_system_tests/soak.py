@@ -21,6 +21,7 @@ from bpc_perception.cli.processes import Nodes
 from bpc_perception.conversions import capture_to_messages, ns_to_stamp
 from bpc_perception.nodes.thickness import SKIPPED
 from bpc_perception.testing import Graph
+from bpc_perception.transport import choose_profile
 from bpc_sim.config import SimConfig
 from bpc_sim.messages import extruder_message, EXTRUDER_RATE, robot_message
 from bpc_sim.print_job import PrintJob
@@ -306,6 +307,7 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--small', action='store_true', help='small captures, four times as many')
     given = parser.parse_args()
+    choose_profile(captures=True)
     load = Load(full_size=False, capture_rate=10.0) if given.small else Load()
     with soaking(load, given.seed, lambda line: print(line, flush=True)) as soak:
         soak.run(given.minutes * 60)
