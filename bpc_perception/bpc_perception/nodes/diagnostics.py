@@ -58,13 +58,13 @@ class Diagnostics:
     def refuse(self, reason: object) -> None:
         """Count input that cannot be used; the words before the first colon are its kind."""
         text = str(reason)
-        self._refusals[self._is_news(text)] += 1
+        self._refusals[self._add_news(text)] += 1
         self._last_refusal = text
         self._node.get_logger().warning(text, throttle_duration_sec=1.0)
 
     def warn(self, text: str) -> None:
         """Say what is not as it should be, though nothing had to be refused."""
-        self._is_news(text)
+        self._add_news(text)
         self._last_warning = text
         self._node.get_logger().warning(text, throttle_duration_sec=10.0)
 
@@ -76,7 +76,7 @@ class Diagnostics:
         """Take note of a message of a watched input, whatever is in it."""
         self._inputs[name].heard(time.monotonic())
 
-    def _is_news(self, text: str) -> str:
+    def _add_news(self, text: str) -> str:
         kind = text.split(':')[0]
         self._news[kind] = text
         return kind
