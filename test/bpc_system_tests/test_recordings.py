@@ -6,8 +6,10 @@ from collections.abc import Iterator
 import errno
 import os
 from pathlib import Path
+import secrets
 import shutil
 import subprocess
+import time
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,6 +17,7 @@ from bpc_perception.bag import Bag, BagError, BagWriter
 from bpc_perception.exit_status import REFUSED
 from bpc_perception.nodes import bag_recorder
 from bpc_perception.nodes.bag_recorder import BagRecorderNode
+from bpc_perception.shared_memory import SHARED_MEMORY, used_by
 from bpc_perception.testing import Graph
 from bpc_perception.whole import inside, whole_bag
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -32,7 +35,7 @@ from std_msgs.msg import String
 from bpc_interfaces.msg import ExtrusionState
 from bpc_perception import topics
 
-from .command_line import run
+from .command_line import PATIENCE, run, running
 from .killed_recorder import (
     counts,
     kill_recorders,
@@ -122,6 +125,21 @@ def test_a_killed_recorder_leaves_all_but_the_last_half_second(left: list[Remain
         assert each.poses_lost <= POSES_LOST
         assert each.frames_lost == 0
         assert each.frames > 0
+
+
+def test_a_recorder_that_starts_removes_what_killed_ones_left(tmp_path: Path) -> None:
+    left = SHARED_MEMORY / f'fastrtps_{secrets.token_hex(8)}'
+    left.write_bytes(bytes(8))
+    os.utime(left, (0, 0))
+    try:
+        with own_domain(), running('record', '--out', tmp_path / 'bag') as recorder:
+            end = time.monotonic() + PATIENCE
+            while not used_by(recorder.pid):  # by ROS, which comes after it
+                assert time.monotonic() < end
+                time.sleep(0.01)
+            assert not left.exists()
+    finally:
+        left.unlink(missing_ok=True)
 
 
 def test_what_a_killed_recorder_leaves_is_the_same_to_every_reader(left: list[Remains]) -> None:

@@ -54,6 +54,7 @@ app.add_typer(calibrate.app, name='calibrate')
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
     choose_profile()
+    shared_memory.clean()  # here, before any node starts, and not in each of them beside others
     for number in ending_signals():
         if number != signal.SIGINT:  # by which nothing half-made is left already
             signal.signal(number, signal.default_int_handler)

@@ -133,7 +133,6 @@ class Nodes:
         _kill(self._processes[name])
 
     def __enter__(self) -> Nodes:
-        shared_memory.clean()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
