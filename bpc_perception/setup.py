@@ -44,7 +44,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'bpc = bpc_perception.cli:main',
+            'bpc = bpc_perception.__main__:main',
             'bag_player = bpc_perception.nodes.bag_player:main',
             'bag_recorder = bpc_perception.nodes.bag_recorder:main',
             'camera_driver = bpc_perception.nodes.camera_driver:main',

@@ -4,6 +4,8 @@ Each participant has a segment ``fastrtps_<16 hexadecimal digits>`` of up to 70 
 on which it listens ``fastrtps_port<number>`` with ``sem.fastrtps_port<number>_mutex``. Beside both
 lies an empty file, ``..._el`` or ``..._sl``, on which the owner holds a lock (flock) as long as it
 lives [Fast DDS 2.14, src/cpp/utils/shared_memory and tools/fastdds/shm].
+
+Our own profiles, ``bpc_<random>.xml``, lie there while a node is made, locked by themselves.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import re
 import time
 
 SHARED_MEMORY = Path('/dev/shm')  # noqa: S108 (where Fast DDS has it)
-NAME = re.compile(r'(fastrtps_(?:[0-9a-f]{16}|port\d{1,5}))(_el|_sl)?')
+NAME = re.compile(r'(fastrtps_(?:[0-9a-f]{16}|port\d{1,5})|bpc_\w+\.xml)(_el|_sl)?')
 SETTLED = 2.0  # a younger file may be of a process that has not locked it yet [s]
 
 
@@ -40,12 +42,14 @@ def clean(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
 
 
 def used_by(pid: int) -> set[str]:
-    """Names of the segments and ports that a process has mapped; none if it has ended."""
-    try:
-        return {match[1] for match in NAME.finditer(
-            Path(f'/proc/{pid}/maps').read_text(errors='replace'))}
-    except OSError:
-        return set()
+    """Names of what a process has mapped or open there; none if it has ended."""
+    process, found = Path(f'/proc/{pid}'), []
+    with suppress(OSError):
+        found.append((process / 'maps').read_text(errors='replace'))
+        for descriptor in (process / 'fd').iterdir():
+            with suppress(OSError):  # closed meanwhile
+                found.append(os.readlink(descriptor))
+    return {match[1] for text in found for match in NAME.finditer(text)}
 
 
 def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
@@ -56,7 +60,7 @@ def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
     is kept locked until the next is asked for, so that nobody takes the port while it is removed.
     """
     groups: dict[str, list[Path]] = {}
-    for file in folder.glob('fastrtps_*'):
+    for file in folder.glob('*_*'):
         if match := NAME.fullmatch(file.name):
             groups.setdefault(match[1], []).append(file)
     mapped = _mapped_files(os.getpid() if leaving else None) if groups else set()
@@ -65,7 +69,7 @@ def unused(folder: Path = SHARED_MEMORY, settled: float = SETTLED,
             states = [file.stat() for file in files]
             if not (any(state.st_uid != os.geteuid() or time.time() - state.st_mtime < settled
                         or (state.st_dev, state.st_ino) in mapped for state in states)
-                    or any(not _lock(file, locks) for file in files if file.name != name)):
+                    or any(not _lock(file, locks) for file in files)):
                 yield from files
                 yield from folder.glob(f'sem.{name}_mutex')
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, ExitStack, suppress
+import fcntl
 import os
 from pathlib import Path
 import secrets
@@ -74,6 +75,7 @@ def hearing(large_messages: bool) -> Iterator[None]:
             if profile and (where := _where(text := Path(profile).read_text(), large_messages)):
                 file = stack.enter_context(NamedTemporaryFile(
                     prefix='bpc_', suffix='.xml', dir=SHARED_MEMORY))
+                fcntl.flock(file, fcntl.LOCK_EX)  # or else it passes for one of a killed process
                 Path(file.name).write_text(text.replace('<rtps>', f'<rtps>{where}'))
                 stack.callback(os.environ.update, dict.fromkeys(VARIABLES, profile))
                 os.environ.update(dict.fromkeys(VARIABLES, file.name))

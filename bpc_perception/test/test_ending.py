@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Iterator
 import os
 import signal
@@ -10,8 +11,10 @@ from typing import Any
 import pytest
 
 pytest.importorskip('rclpy')
+from bpc_perception.__main__ import main
 from bpc_perception.cli.monitor import monitoring
 from bpc_perception.cli.terminal import Terminal
+from bpc_perception.exit_status import INTERRUPTED
 
 from bpc_perception import cli
 
@@ -26,7 +29,8 @@ def not_handled(*_: object) -> None:
 @pytest.fixture(params=[not_handled, signal.SIG_IGN], ids=['terminal', 'nohup'])
 def before(request: pytest.FixtureRequest) -> Iterator[Any]:
     """What is done about SIGHUP where a command starts."""
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGHUP, signal.SIGTERM)}
+    handlers = {number: signal.getsignal(number)
+                for number in (signal.SIGHUP, signal.SIGTERM, signal.SIGINT)}
     signal.signal(signal.SIGHUP, request.param)
     yield request.param
     for number, handler in handlers.items():
@@ -53,5 +57,7 @@ def test_a_closed_terminal_interrupts_any_command(before: Any,
     monkeypatch.setattr(cli, 'app', command)
     monkeypatch.setattr(cli, 'choose_profile', lambda: None)
     monkeypatch.setattr(cli.shared_memory, 'clean', lambda **_: None)
-    with pytest.raises(SystemExit if before == signal.SIG_IGN else KeyboardInterrupt):
-        cli.main()
+    monkeypatch.setattr(atexit, 'register', lambda _: None)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == (None if before == signal.SIG_IGN else INTERRUPTED)

@@ -71,6 +71,18 @@ def test_only_what_a_process_used_is_removed_after_it(tmp_path: Path) -> None:
     assert used_by(2**22 + 1) == set()  # beyond the largest process id
 
 
+def test_a_profile_stays_as_long_as_its_process_reads_it(tmp_path: Path) -> None:
+    file = tmp_path / 'bpc_0a_b1c2d.xml'
+    with file.open('w') as owner:
+        fcntl.flock(owner, fcntl.LOCK_EX)
+        assert file.name in used_by(os.getpid())
+        clean(tmp_path, settled=0)
+        assert file.exists()
+    assert file.name not in used_by(os.getpid())
+    clean(tmp_path, settled=0)
+    assert not file.exists()
+
+
 def test_nobody_takes_a_port_while_it_is_removed(tmp_path: Path) -> None:
     files = segment(tmp_path, PORT)
     found = []

@@ -98,6 +98,8 @@ def cycle(number: int, domain: int, chance: random.Random) -> tuple[float, list[
             clean()  # as the next start does
         amiss += [str(file) for file in unused(settled=0.0)
                   if (match := NAME.search(file.name)) and match[1] in used - shared]
+        amiss += [str(file) for file in SHARED_MEMORY.iterdir()
+                  if file.name not in shared and 'fastrtps' not in file.name and not killed]
         amiss += [f'{file.relative_to(folder)} ({told.name})' for part in ('tmp', 'logs')
                   for file in (folder / part).rglob('*') if not killed]
         amiss += [str(file.relative_to(folder)) for file in (folder / 'state').rglob('*.tmp')]

@@ -7,11 +7,13 @@ from pathlib import Path
 import shutil
 import signal
 import subprocess
+import sys
 
 from bpc_perception.bag import Bag
 import pytest
 
 from .command_line import command, OUTPUTS, PATIENCE, refusal, run, SAMPLE, succeed
+from .ros_graph import own_domain
 
 pytestmark = pytest.mark.system
 
@@ -33,19 +35,76 @@ def test_every_command_explains_itself(name: str) -> None:
     assert '--help' in text
 
 
-def test_interrupted_while_it_loads_it_just_ends() -> None:
-    python, *rest = command('--help')
-    # Python tells what it has loaded on stderr.
-    with subprocess.Popen([python, '-X', 'importtime', *rest], stdout=subprocess.DEVNULL,
-                          stderr=subprocess.PIPE, text=True) as process:
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize('loaded', ['typer', 'bpc_perception.cli', 'bpc_perception.nodes.run'])
+def test_told_to_end_while_it_loads_it_just_ends(tmp_path: Path, loaded: str,
+                                                 number: signal.Signals) -> None:
+    bag = tmp_path / 'bag'
+    python, *rest = command('record', '--out', bag)
+    # In the background of a script, where SIGINT is ignored. Python tells what it has loaded.
+    in_background = ['sh', '-c', 'trap "" INT; exec "$@"', 'sh']
+    with own_domain(), subprocess.Popen(
+            [*in_background, python, '-X', 'importtime', *rest], stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
-        for line in process.stderr:
-            if line.split('|')[-1].strip() == 'typer':
-                break
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
+        try:
+            for line in process.stderr:
+                if line.split('|')[-1].strip() == loaded:
+                    break
+            process.send_signal(number)
+            _, said = process.communicate(timeout=PATIENCE)
+        finally:
+            process.kill()
+    assert process.returncode == (0 if (bag / 'metadata.yaml').exists() else 130)
     assert 'Traceback' not in said
+
+
+# What C++ may do in its destructors: wait for what never comes, here with Python's lock as well.
+HANGS_AT_EXIT = """
+import ctypes
+import sys
+
+from bpc_perception.cli import main
+
+ctypes.CDLL(None).on_exit(ctypes.CDLL(None).pause, None)
+sys.argv = ['bpc', '--help']
+main()
+"""
+HANGS_WITHOUT_ROS = """
+import ctypes
+import sys
+
+import rclpy
+
+from bpc_perception.cli import main
+
+rclpy.try_shutdown = ctypes.PyDLL(None).pause
+sys.argv = ['bpc', 'record', '--out', sys.argv[1]]
+main()
+"""
+
+
+def test_who_hangs_at_its_exit_ends_all_the_same() -> None:
+    ended = subprocess.run([sys.executable, '-c', HANGS_AT_EXIT], stdin=subprocess.DEVNULL,
+                           capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert (ended.returncode, ended.stderr) == (-signal.SIGALRM, '')
+    assert ended.stdout == succeed('--help')
+
+
+def test_a_recorder_that_hangs_in_ending_ends_with_its_recording_whole(tmp_path: Path) -> None:
+    bag = tmp_path / 'bag'
+    with own_domain(), subprocess.Popen(
+            [sys.executable, '-c', HANGS_WITHOUT_ROS, bag], stdin=subprocess.DEVNULL,
+            stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stderr is not None
+            assert 'recording into' in process.stderr.readline()
+            process.terminate()
+            process.wait(PATIENCE)
+        finally:
+            process.kill()
+    assert process.returncode == -signal.SIGALRM
+    assert (bag / 'metadata.yaml').exists()
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ import time
 from xml.etree import ElementTree
 
 from bpc_perception.cli.processes import Nodes
+from bpc_perception.shared_memory import clean
 from bpc_perception.testing import Graph
 from bpc_perception.transport import (
     FOLDER,
@@ -302,6 +303,16 @@ def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.Monkey
     # Odd numbers, as those of discovery are even; with up to 32 participants below the next 250.
     assert found <= set(range(11, 250 - 2 * 31, 2))
     assert len(found) > 80
+
+
+def test_nobody_removes_the_profile_of_a_process_that_reads_it(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in VARIABLES:
+        monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
+    with hearing(large_messages=True):
+        made = Path(os.environ[VARIABLES[0]])
+        clean(made.parent, settled=0.0, among={made.name})
+        assert made.exists()
 
 
 @pytest.mark.parametrize('profile', PROFILES.values(), ids=lambda profile: profile.name)

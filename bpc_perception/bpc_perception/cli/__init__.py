@@ -5,8 +5,8 @@ Built with Typer, which makes options, types and help from the functions' own si
 
 from __future__ import annotations
 
+import atexit
 import logging
-import signal
 import sys
 from typing import Any, NoReturn
 
@@ -29,7 +29,7 @@ from bpc_perception.cli import (
     testing,
 )
 from bpc_perception.cli.terminal import WARNINGS
-from bpc_perception.ending import ending_signals
+from bpc_perception.ending import end_in_time
 from bpc_perception.exit_status import INTERRUPTED, REFUSED
 from bpc_perception.transport import choose_profile
 
@@ -55,9 +55,7 @@ def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
     choose_profile()
     shared_memory.clean()  # here, before any node starts, and not in each of them beside others
-    for number in ending_signals():
-        if number != signal.SIGINT:  # by which nothing half-made is left already
-            signal.signal(number, signal.default_int_handler)
+    atexit.register(end_in_time)
     logging.getLogger().addHandler(WARNINGS)
     try:
         status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)

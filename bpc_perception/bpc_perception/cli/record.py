@@ -15,6 +15,7 @@ from bpc_perception.cli.inputs import HAND_EYE, PARAMETERS
 from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.terminal import Terminal
 from bpc_perception.core.config import flatten, RecorderConfig
+from bpc_perception.ending import loading
 from bpc_perception.handeye import load_hand_eye
 from bpc_perception.parameter_files import configure
 
@@ -76,7 +77,8 @@ def record(
     rules = [part for topic, other in remappings(remap).items()
              for part in ('-r', f'{topic}:={other}')]
     # Imported late: only this command needs ROS set up in this process.
-    from bpc_perception.nodes import bag_recorder
+    with loading():
+        from bpc_perception.nodes import bag_recorder
 
     level = ['--log-level', 'warn'] if quiet or json_lines else []
     sys.argv = [sys.argv[0], '--ros-args', '--disable-external-lib-logs', '-p', f'bag:={out}',

@@ -27,7 +27,6 @@ HEARTBEAT_PERIOD = 0.05  # [s]
 M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_MAX, M_ARENA_MAX = -1, -2, -4, -8
 ALLOCATOR = {M_MMAP_MAX: 0, M_TRIM_THRESHOLD: 2**31 - 1, M_TOP_PAD: 64 << 20, M_ARENA_MAX: 1}
 ORPHAN_PATIENCE = 3.0  # [s]
-ENDING = 3  # a child's end may take so long [s]
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -56,15 +55,6 @@ def end_with_parent() -> bool:
         raise SystemExit(1)
     Thread(target=_end_orphaned, args=(int(parent),), daemon=True).start()
     return True
-
-
-def end_in_time() -> None:
-    """Let the kernel end this process should its ending hang.
-
-    No thread of Python could, where it hangs in C++ that holds the interpreter's lock.
-    """
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    signal.alarm(ENDING)
 
 
 def _end_orphaned(parent: int) -> None:

@@ -16,10 +16,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from bpc_perception.ending import ending_signals
+from bpc_perception.ending import end_in_time, ending_signals
 from bpc_perception.exit_status import DEFECT, REFUSED
 from bpc_perception.nodes.process import (
-    end_in_time,
     end_with_parent,
     Heartbeat,
     keep_memory,
@@ -90,7 +89,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         if is_child:
             end_in_time()
         for node in nodes:
-            node.destroy_node()
+            node.destroy_node()  # a recorder completes its files, for as long as that takes
+        end_in_time()
         rclpy.try_shutdown()
         # More of them may come; their default, which Python puts back on its way out, kills.
         for number in numbers:
