@@ -9,8 +9,7 @@ left then of processes, shared memory, temporary files and logs is named, and co
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 import os
 from pathlib import Path
 import random
@@ -20,7 +19,14 @@ import sys
 import tempfile
 import time
 
-from bpc_perception.shared_memory import clean, NAME, SETTLED, SHARED_MEMORY, unused
+from bpc_perception.shared_memory import (
+    clean,
+    NAME,
+    SETTLED,
+    SHARED_MEMORY,
+    unused,
+    used_by,
+)
 from bpc_perception.testing import free_domain
 import yaml
 
@@ -51,15 +57,6 @@ def commands(folder: Path) -> list[list[str]]:
         [*bpc, 'record', '--out', str(folder / 'recorded')]]
 
 
-def mapped(pids: Iterable[int]) -> set[str]:
-    """Names of the shared memory that these processes use."""
-    found: set[str] = set()
-    for pid in pids:
-        with suppress(OSError):
-            found |= set(NAME.findall(Path(f'/proc/{pid}/maps').read_text()))
-    return {name for name, _ in found}
-
-
 def cycle(number: int, domain: int, chance: random.Random) -> tuple[float, list[str]]:
     """Start and stop all once; how long they took to end [s], and what is amiss."""
     amiss: list[str] = []
@@ -73,7 +70,7 @@ def cycle(number: int, domain: int, chance: random.Random) -> tuple[float, list[
             for line in commands(folder)]
         time.sleep(chance.uniform(0.2, LONGEST))
         nodes = descendants(process.pid for process in suite)
-        used = mapped([*nodes, *(process.pid for process in suite)])
+        used = set().union(*map(used_by, [*nodes, *(process.pid for process in suite)]))
         killed = bool(nodes) and number % 10 == 9
         if killed:
             os.kill(chance.choice(nodes), signal.SIGKILL)
@@ -99,7 +96,7 @@ def cycle(number: int, domain: int, chance: random.Random) -> tuple[float, list[
         amiss += [str(file) for file in unused(settled=0.0)
                   if (match := NAME.search(file.name)) and match[1] in used - shared]
         amiss += [str(file) for file in SHARED_MEMORY.iterdir()
-                  if file.name not in shared and 'fastrtps' not in file.name and not killed]
+                  if file.name not in shared and 'fastrtps' not in file.name]
         amiss += [f'{file.relative_to(folder)} ({told.name})' for part in ('tmp', 'logs')
                   for file in (folder / part).rglob('*') if not killed]
         amiss += [str(file.relative_to(folder)) for file in (folder / 'state').rglob('*.tmp')]

@@ -86,10 +86,10 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
             nodes += _made(make_node, large_messages)
             _spin(nodes, ending, failures, pipe, fast_streams)
     finally:
-        if is_child:
+        if is_child:  # others, such as a recorder, complete their files, however long it takes
             end_in_time()
         for node in nodes:
-            node.destroy_node()  # a recorder completes its files, for as long as that takes
+            node.destroy_node()
         end_in_time()
         rclpy.try_shutdown()
         # More of them may come; their default, which Python puts back on its way out, kills.
