@@ -43,6 +43,10 @@ setup(
     },
     zip_safe=False,
     entry_points={
+        'bpc.cameras': [
+            'bag = bpc_perception.drivers.bag:prepare',
+            'zivid = bpc_perception.drivers.zivid:prepare',
+        ],
         'console_scripts': [
             'bpc = bpc_perception.__main__:main',
             'bag_player = bpc_perception.nodes.bag_player:main',

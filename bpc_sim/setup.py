@@ -33,6 +33,12 @@ setup(
     extras_require={'test': ['pytest']},  # tells `colcon test` to run pytest
     zip_safe=False,
     entry_points={
+        'bpc.cameras': ['synthetic = bpc_sim.nodes.camera:prepare'],
+        'bpc.commands': [
+            'bench = bpc_sim.cli.bench:bench',
+            'sim = bpc_sim.cli.sim:sim',
+            'study = bpc_sim.cli.study:study',
+        ],
         'console_scripts': [
             'print_controller = bpc_sim.nodes.print_controller:main',
             'synthetic_arm = bpc_sim.nodes.arm:main',

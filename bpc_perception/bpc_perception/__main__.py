@@ -2,8 +2,8 @@
 
 import sys
 
-from bpc_perception.ending import loading
-from bpc_perception.exit_status import INTERRUPTED
+from bpc_perception.runtime.exit_status import INTERRUPTED
+from bpc_perception.runtime.signals import loading
 
 
 def main() -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 
-from bpc_perception.parameter_files import live_recorder
-from bpc_perception.path_journal import default_folder
-from bpc_perception.transport import VARIABLES, with_profile
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from bpc_perception.files.parameter_file import live_recorder
+from bpc_perception.recording.path_journal import default_folder
+from bpc_perception.runtime.transport.dds_profiles import VARIABLES, with_profile
 
 # Shared memory with room for a capture; a user's own file wins.
 TRANSPORT = {name: value for name, value in with_profile(os.environ, captures=True).items()

@@ -7,8 +7,9 @@ import os
 from pathlib import Path
 import sys
 
-from bpc_perception.testing import free_domain, Graph
 import pytest
+
+from bpc_perception.runtime.isolated_graph import free_domain, Graph
 
 # Both are read when the first message, or the first node, is made.
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'

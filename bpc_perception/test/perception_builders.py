@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bpc_perception.core.capture import Capture, PinholeCamera
-from bpc_perception.core.config import PathConfig
-from bpc_perception.core.geometry import Array, transform
-from bpc_perception.core.growing_path import GrowingPath
-from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.path_assembly import ExtruderSample, PathAssembler, PrintTracker
-from bpc_perception.core.profile import Status, ThicknessProfile
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.config import PathConfig
+from bpc_perception.core.extruder.sample import ExtruderSample
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.path.assembler import PathAssembler
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.path.growing_path import GrowingPath
+from bpc_perception.core.path.tracker import PrintTracker
+from bpc_perception.core.profile import Status, ThicknessProfile
 
 START_NS = 1_700_000_000 * 10**9
 SECOND = 10**9

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 import re
@@ -18,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = sorted(ROOT.glob('*/package.xml'))
 IDS = [file.parent.name for file in PACKAGES]
 SOURCE = Path(bpc_perception.__file__).parent
-CORE = sorted(path.stem for path in (SOURCE / 'core').glob('*.py'))
+CORE = sorted((SOURCE / 'core').rglob('*.py'))
 ROS = re.compile(r'^(rclpy|rosidl\w*|rpyutils|ament_\w+|\w+_(msgs|interfaces))$')
 
 # Python module to the name in package.xml, where the two differ.
@@ -33,8 +34,23 @@ WITHOUT_KEY = {'mcap', 'rosbags', 'lz4', 'zstandard', 'ticlib', 'plotly', 'apsw'
 WITHOUT_KEY |= {'fastapi', 'starlette', 'uvicorn'}
 # Extras in setup.py, imported when asked for.
 EXTRAS = {'matplotlib', 'dask', 'distributed', 'pyarrow'}
-# Used where it is installed; it depends on this package itself.
-OPTIONAL = {'bpc_perception': {'bpc_sim'}}
+# The floor plan. A module imports from its own room and from those above it in this list, never from
+# those below. A room within a room may stand apart: the longest name that fits counts.
+FLOOR_PLAN = {
+    'bpc_perception': (
+        'core.arrays', 'core.geometry', 'core.filters', 'core.parameter', 'core.robot',
+        'core.config', 'core.extruder', 'core.capture', 'core.path', 'core.profile',
+        'core.measurement.bed', 'core.measurement.scale', 'core.measurement.side_points',
+        'core.measurement.cross_section', 'core.measurement.paper', 'core.measurement',
+        'core.advice', 'core.calibration', 'core.watch', 'core.session', 'core',
+        'display', 'files', 'messages', 'recording', 'report', 'runtime.exit_status',
+        'runtime.held_warnings', 'runtime.transport', 'runtime', 'drivers', 'page',
+        'nodes.parts', 'nodes', 'batch', 'cli.parts', 'cli', '__main__'),
+    'bpc_sim': (
+        'ink', 'scene', 'printer', 'closed_loop', 'config', 'stress', 'doubles', 'nodes',
+        'studies', 'benchmarks', 'cli'),
+}
+MOST_MODULES = 14  # in a room: one look has to take them in
 
 
 def imported(file: Path) -> Iterator[str]:
@@ -44,13 +60,13 @@ def imported(file: Path) -> Iterator[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
             yield str(node.module)
+            yield from (f'{node.module}.{alias.name}' for alias in node.names)
 
 
-def foreign(files: list[Path], package: str) -> set[str]:
+def foreign(files: list[Path], own: set[str]) -> set[str]:
     """Top-level modules that files import and that are neither Python's nor their own."""
-    own = {package, *(file.stem for file in files)}
     found = {name.split('.')[0] for file in files for name in imported(file)}
-    return found - set(sys.stdlib_module_names) - own - OPTIONAL.get(package, set())
+    return found - set(sys.stdlib_module_names) - own
 
 
 def declared(package: Path, *kinds: str) -> set[str]:
@@ -59,12 +75,31 @@ def declared(package: Path, *kinds: str) -> set[str]:
     return {str(element.text) for kind in kinds for element in root.iter(kind)}
 
 
+def sources(package: str) -> list[Path]:
+    """The modules of one of our packages, but for those that only say what a room is for."""
+    return sorted((ROOT / package / package).rglob('*.py'))
+
+
+def dotted(file: Path, package: str) -> str:
+    """The name by which a module is imported, without its package's."""
+    parts = file.relative_to(ROOT / package / package).with_suffix('').parts
+    return '.'.join(part for part in parts if part != '__init__')
+
+
+def place(module: str, package: str) -> int:
+    """Where in the floor plan a module of a package stands."""
+    plan = FLOOR_PLAN[package]
+    room = max((room for room in plan if f'{module}.'.startswith(f'{room}.')), key=len, default='')
+    assert room, f'{package}.{module}: expected a room of the floor plan, found none'
+    return plan.index(room)
+
+
 def test_the_core_has_modules() -> None:
-    assert len(CORE) > 10
+    assert len(CORE) > 40
 
 
 def test_the_core_loads_without_ros() -> None:
-    names = ', '.join(f'bpc_perception.core.{name}' for name in CORE if name != '__init__')
+    names = ', '.join(f'bpc_perception.{dotted(file, "bpc_perception")}' for file in CORE)
     script = f'import sys, {names}; print(*sys.modules)'
     ended = subprocess.run([sys.executable, '-c', script], capture_output=True, text=True,
                            timeout=60, check=True)
@@ -73,12 +108,41 @@ def test_the_core_loads_without_ros() -> None:
     assert {name for name in loaded if ROS.match(name)} == set()
 
 
-@pytest.mark.parametrize('name', CORE)
-def test_the_core_knows_nothing_of_what_is_above_it(name: str) -> None:
-    for module in imported(SOURCE / 'core' / f'{name}.py'):
+@pytest.mark.parametrize('file', CORE, ids=lambda file: dotted(file, 'bpc_perception'))
+def test_the_core_knows_nothing_of_what_is_above_it(file: Path) -> None:
+    for module in imported(file):
         assert not ROS.match(module.split('.')[0]), module
         if module.startswith('bpc_'):
             assert module.startswith('bpc_perception.core'), module
+
+
+@pytest.mark.parametrize('package', FLOOR_PLAN)
+def test_imports_go_one_way_through_the_floor_plan(package: str) -> None:
+    modules = {dotted(file, package) for file in sources(package)}
+    wrong = []
+    for file in sources(package):
+        name = dotted(file, package)
+        for found in imported(file):
+            other = found.removeprefix(f'{package}.')
+            if other == found or other not in modules or not name:
+                continue
+            if place(other, package) > place(name, package):
+                wrong.append(f'{name} imports {other}')
+    assert wrong == []
+
+
+def test_the_product_does_not_import_its_simulator() -> None:
+    files = [*sources('bpc_perception'), *(ROOT / 'bpc_perception').glob('launch/*.py'),
+             *(ROOT / 'bpc_perception' / 'test').rglob('*.py')]
+    assert len(files) > 100
+    assert [file for file in files for name in imported(file)
+            if name.split('.')[0] == 'bpc_sim'] == []
+
+
+@pytest.mark.parametrize('package', FLOOR_PLAN)
+def test_a_room_is_taken_in_at_one_look(package: str) -> None:
+    rooms = Counter(file.parent for file in sources(package) if file.name != '__init__.py')
+    assert {room: count for room, count in rooms.items() if count > MOST_MODULES} == {}
 
 
 @pytest.mark.parametrize('package', PACKAGES, ids=IDS)
@@ -89,7 +153,7 @@ def test_package_xml_names_every_module_used(package: Path) -> None:
     if name == 'bpc_system_tests':
         files = []
     names = declared(package, 'exec_depend', 'depend')
-    needed = {KEYS.get(module, module) for module in foreign(files, name) - WITHOUT_KEY - EXTRAS}
+    needed = {KEYS.get(module, module) for module in foreign(files, {name}) - WITHOUT_KEY - EXTRAS}
     assert needed - names == set()
 
 
@@ -97,9 +161,10 @@ def test_package_xml_names_every_module_used(package: Path) -> None:
 def test_package_xml_names_every_module_that_tests_use(package: Path) -> None:
     name = str(ElementTree.parse(package).findtext('name'))
     folder = 'bpc_system_tests' if name == 'bpc_system_tests' else 'test'
-    files = [*(package.parent / folder).glob('*.py')]
+    files = [*(package.parent / folder).rglob('*.py')]
     names = declared(package, 'exec_depend', 'depend', 'test_depend') | {name}
-    needed = {KEYS.get(module, module) for module in foreign(files, name) - WITHOUT_KEY - EXTRAS}
+    own = {name, *(file.stem for file in files)}
+    needed = {KEYS.get(module, module) for module in foreign(files, own) - WITHOUT_KEY - EXTRAS}
     assert needed - names == set()
 
 

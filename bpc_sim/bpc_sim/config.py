@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from bpc_perception.core.config import Config, Parameter
-
-from bpc_sim.camera import M70_HEIGHT, M70_WIDTH
-from bpc_sim.closed_loop_job import ClosedLoopJob
-from bpc_sim.print_job import PrintJob
-from bpc_sim.scenarios import camera_view, SCENARIOS, SPEED
-from bpc_sim.situations import SITUATIONS
-
-POSE_RATE = 100.0  # as the LBR stack's controller manager [Hz]
+from bpc_perception.core.parameter import Config, Parameter
+from bpc_sim.closed_loop.job import ClosedLoopJob
+from bpc_sim.closed_loop.situations import SITUATIONS
+from bpc_sim.printer.print_job import PrintJob
+from bpc_sim.printer.scenarios import camera_view, POSE_RATE, SCENARIOS, SPEED
+from bpc_sim.scene.camera import M70_HEIGHT, M70_WIDTH
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,15 @@ import tempfile
 import time
 
 from ament_index_python.packages import get_package_share_directory
-from bpc_sim.config import SimConfig
-from bpc_sim.sample import hand_eye, parameters
-from bpc_sim.scenarios import SCENARIOS
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node, SetParameter
 import yaml
+
+from bpc_sim.config import SimConfig
+from bpc_sim.printer.recording import hand_eye, parameters
+from bpc_sim.printer.scenarios import SCENARIOS
 
 START_DELAY = 6.0  # until all nodes have found each other [s]
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bpc_perception.testing import free_domain, Graph
 import pytest
+
+from bpc_perception.runtime.isolated_graph import free_domain, Graph
 
 
 @pytest.fixture

@@ -7,11 +7,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-from bpc_perception.transport import choose_profile
 import pytest
 
-from . import browser as browsers
-from . import command_line
+from bpc_perception.runtime.transport.dds_profiles import choose_profile
+
+from . import browser as browsers, command_line
 from .command_line import ROOT
 from .ros_graph import own_domain
 

@@ -19,7 +19,10 @@ import sys
 import tempfile
 import time
 
-from bpc_perception.shared_memory import (
+import yaml
+
+from bpc_perception.runtime.isolated_graph import free_domain
+from bpc_perception.runtime.transport.shared_memory import (
     clean,
     NAME,
     SETTLED,
@@ -27,8 +30,6 @@ from bpc_perception.shared_memory import (
     unused,
     used_by,
 )
-from bpc_perception.testing import free_domain
-import yaml
 
 from .process_tree import alive, descendants
 

@@ -18,13 +18,14 @@ import subprocess
 import tempfile
 import time
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.conversions import stamp_to_ns
-from bpc_perception.transport import choose_profile, hearing
-from bpc_sim.sample import hand_eye, parameters
-from bpc_sim.scenarios import SCENARIOS
 from diagnostic_msgs.msg import DiagnosticStatus
 import yaml
+
+from bpc_perception.messages.stamps import stamp_to_ns
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.transport.dds_profiles import choose_profile, hearing
+from bpc_sim.printer.recording import hand_eye, parameters
+from bpc_sim.printer.scenarios import SCENARIOS
 
 from .command_line import command
 from .ros_graph import Listener, listening, own_domain, start_delay

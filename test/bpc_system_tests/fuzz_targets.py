@@ -13,40 +13,6 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from bpc_perception.bag import Bag, BagError, BagWriter
-from bpc_perception.capture_pairing import CapturePairer
-from bpc_perception.conversions import (
-    advice_from_message,
-    capture_to_messages,
-    ConversionError,
-    extruder_from_message,
-    extruder_to_message,
-    joint_motion,
-    joints_to_matrix,
-    path_from_message,
-    path_to_message,
-    pose_to_matrix,
-    profile_from_message,
-    profile_to_message,
-)
-from bpc_perception.core.capture import Capture, PinholeCamera
-from bpc_perception.core.config import (
-    CameraConfig,
-    ConfigError,
-    ExtruderConfig,
-    PlungerConfig,
-    RecorderConfig,
-    ThicknessConfig,
-)
-from bpc_perception.core.extruder import ExtruderError, format_line, Plunger, TicState
-from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.path_assembly import PrintTracker
-from bpc_perception.core.profile import Status
-from bpc_perception.core.session import HandEye, Session
-from bpc_perception.core.targets import WidthTargets
-from bpc_perception.drivers.extruder import SerialExtruder, TicExtruder
-from bpc_perception.handeye import HandEyeError, load_hand_eye
-from bpc_perception.parameter_files import configure, ParameterFileError
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
@@ -56,9 +22,47 @@ from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 from std_msgs.msg import String
 import ticlib
 
-from bpc_interfaces.msg import DepositionPath as DepositionPathMsg
-from bpc_interfaces.msg import ExtrusionState, RateAdvice, ThicknessProfile
-from bpc_perception import topics
+from bpc_interfaces.msg import (
+    DepositionPath as DepositionPathMsg,
+    ExtrusionState,
+    RateAdvice,
+    ThicknessProfile,
+)
+from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.config import (
+    CameraConfig,
+    ExtruderConfig,
+    PlungerConfig,
+    RecorderConfig,
+    ThicknessConfig,
+)
+from bpc_perception.core.extruder.plunger import Plunger
+from bpc_perception.core.extruder.tic import ExtruderError, format_line, TicState
+from bpc_perception.core.parameter import ConfigError
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.path.tracker import PrintTracker
+from bpc_perception.core.profile import Status
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.session import Session
+from bpc_perception.drivers.extruder import SerialExtruder, TicExtruder
+from bpc_perception.files.hand_eye_file import HandEyeError, load_hand_eye
+from bpc_perception.files.parameter_file import configure, ParameterFileError
+from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_from_message
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.messages.capture_pairing import CapturePairer
+from bpc_perception.messages.extruder import (
+    extruder_from_message,
+    extruder_to_message,
+    joint_motion,
+)
+from bpc_perception.messages.path import path_from_message, path_to_message
+from bpc_perception.messages.pose import joints_to_matrix, pose_to_matrix
+from bpc_perception.messages.profile import profile_from_message, profile_to_message
+from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.recording.bag import Bag, BagError
+from bpc_perception.recording.bag_writer import BagWriter
 
 from .command_line import ROOT, SAMPLE
 
@@ -112,6 +116,7 @@ def by_file(file: Path, read: Callable[[Path], object]) -> Run:
 
 
 # Recordings
+
 
 def small_capture() -> Capture:
     """A dark band on a light bed, 40 pixels wide, on a plane half a metre away."""
@@ -205,6 +210,7 @@ def read_sqlite(folder: Path) -> Run:
 
 # Text
 
+
 def calibrations() -> list[bytes]:
     """One of each form."""
     return [
@@ -235,6 +241,7 @@ def read_parameters(file: Path) -> object:
 
 
 # Extruders
+
 
 def lines() -> list[bytes]:
     """What an Arduino sends."""
@@ -407,5 +414,3 @@ def measure_capture(data: bytes) -> object:
         if result.profile is not None:
             serialize_message(profile_to_message(result.profile, 'base'))
     return None
-
-

@@ -16,16 +16,17 @@ import tempfile
 from threading import Timer
 import time
 
-from bpc_perception.bag import Bag
-from bpc_perception.conversions import capture_to_messages
-from bpc_perception.core.capture import Capture, PinholeCamera
-from bpc_perception.testing import Graph
-from bpc_perception.transport import choose_profile
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 from rclpy.node import Node
 
-from bpc_perception import mcap_file, topics
+from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.recording import mcap_file
+from bpc_perception.recording.bag import Bag
+from bpc_perception.runtime.isolated_graph import Graph
+from bpc_perception.runtime.transport.dds_profiles import choose_profile
 
 from .command_line import PATIENCE, ROOT, running
 from .ros_graph import own_domain

@@ -10,8 +10,9 @@ from __future__ import annotations
 from pathlib import Path
 import time
 
-from bpc_sim.benchmarks.printer import cpu_time
 import numpy as np
+
+from bpc_sim.benchmarks.printer import cpu_time
 
 from .browser import browsing
 from .page_stage import Stage, staged

@@ -10,11 +10,6 @@ from typing import Any
 from urllib.error import URLError
 from urllib.request import urlopen
 
-from bpc_perception.cli.page import free_port
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.core.session import Result
-from bpc_perception.page import TOKEN_VARIABLE
-from bpc_perception.testing import Graph
 from selenium.common.exceptions import (
     ElementClickInterceptedException,
     ElementNotInteractableException,
@@ -23,6 +18,12 @@ from selenium.common.exceptions import (
 )
 from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
+
+from bpc_perception.cli.parts.live_page import free_port
+from bpc_perception.core.session import Result
+from bpc_perception.page import TOKEN_VARIABLE
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.isolated_graph import Graph
 
 from .ros_graph import own_domain, PATIENCE
 from .sample_print import Printer, sample_results

@@ -13,18 +13,20 @@ from dataclasses import dataclass
 import os
 from pathlib import Path
 
-from bpc_perception.bag import BagWriter
-from bpc_perception.conversions import capture_to_messages, ns_to_stamp, pose_to_message
-from bpc_perception.core.capture import Capture, PinholeCamera
-from bpc_perception.core.config import BASE
-from bpc_perception.core.geometry import Array
 import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 import yaml
 
 from bpc_interfaces.msg import ExtrusionState
-from bpc_perception import topics
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.config import BASE
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.recording.bag_writer import BagWriter
 
 PHOTO = Path('shared/data/fff_pa_lines/calibration_control_calibrated.png')
 PANELS = (0.0, 35.0, 70.0)  # left ends of the panels' lines [mm]

@@ -8,10 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 import tempfile
 
-from bpc_perception.overlay import draw_overlay
 import cv2
 import numpy as np
 from selenium.webdriver import Chrome
+
+from bpc_perception.display.overlay import draw_overlay
 
 from .browser import browsing, DESKTOP, missing, show_as
 from .command_line import ROOT, SAMPLE, succeed

@@ -10,21 +10,20 @@ from pathlib import Path
 import re
 from typing import Any
 
+import yaml
+
 from bpc_perception.core.config import (
     BagRecorderConfig,
     CameraConfig,
-    Config,
     ExtruderConfig,
-    flatten,
     PageConfig,
-    Parameter,
     PlayerConfig,
     RecorderConfig,
     ThicknessConfig,
     ZividConfig,
 )
+from bpc_perception.core.parameter import Config, flatten, Parameter
 from bpc_sim.config import ControllerConfig, SimConfig
-import yaml
 
 if __package__:
     from . import sros2_policy

@@ -8,14 +8,14 @@ from functools import partial
 import os
 from typing import Any, ClassVar
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.testing import free_domain, Graph
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.isolated_graph import free_domain, Graph
 
 PATIENCE = 60.0  # for what takes a few seconds on an idle machine [s]
 

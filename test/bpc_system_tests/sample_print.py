@@ -6,15 +6,6 @@ from dataclasses import replace
 import time
 from typing import Any
 
-from bpc_perception.bag import Bag
-from bpc_perception.conversions import advice_to_message, profile_to_message
-from bpc_perception.core.config import BASE, flatten, RecorderConfig, ThicknessConfig
-from bpc_perception.core.session import Result
-from bpc_perception.handeye import load_hand_eye
-from bpc_perception.offline import measure_bag
-from bpc_perception.parameter_files import configure
-from bpc_perception.testing import Graph
-from bpc_perception.view_messages import overlay_message
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import numpy as np
@@ -25,7 +16,18 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
-from bpc_perception import topics
+from bpc_perception.core.config import BASE, RecorderConfig, ThicknessConfig
+from bpc_perception.core.parameter import flatten
+from bpc_perception.core.session import Result
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.files.parameter_file import configure
+from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_to_message
+from bpc_perception.messages.profile import profile_to_message
+from bpc_perception.messages.views import overlay_message
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.offline import measure_bag
+from bpc_perception.runtime.isolated_graph import Graph
 
 from .command_line import SAMPLE
 

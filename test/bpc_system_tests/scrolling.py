@@ -14,11 +14,12 @@ import tempfile
 from threading import Event, Thread
 import time
 
-from bpc_perception.cli.inputs import load
-from bpc_perception.outputs import write_outputs
-from bpc_perception.print_log import PrintLog
 import numpy as np
 from selenium.webdriver import Chrome
+
+from bpc_perception.recording.inputs import load
+from bpc_perception.report.outputs import write_outputs
+from bpc_perception.report.print_log import PrintLog
 
 from .browser import browsing, DESKTOP, PHONE, show_as
 from .command_line import SAMPLE

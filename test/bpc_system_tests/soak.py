@@ -17,21 +17,22 @@ import tempfile
 import time
 from typing import Any
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.conversions import capture_to_messages, ns_to_stamp
-from bpc_perception.nodes.thickness import SKIPPED
-from bpc_perception.testing import Graph
-from bpc_perception.transport import choose_profile
-from bpc_sim.config import SimConfig
-from bpc_sim.messages import extruder_message, EXTRUDER_RATE, robot_message
-from bpc_sim.print_job import PrintJob
-from bpc_sim.sample import hand_eye, parameters
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.node import Node
 import yaml
 
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.nodes.thickness import SKIPPED
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.isolated_graph import Graph
+from bpc_perception.runtime.transport.dds_profiles import choose_profile
+from bpc_sim.config import SimConfig
+from bpc_sim.printer.messages import extruder_message, EXTRUDER_RATE, robot_message
+from bpc_sim.printer.print_job import PrintJob
+from bpc_sim.printer.recording import hand_eye, parameters
 
 from .ros_graph import own_domain
 from .soak_faults import CAMERA_FAULTS, EXTRUDER_FAULTS, POSE_FAULTS, spoiled, stamped

@@ -19,7 +19,7 @@ from sensor_msgs.msg import Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import ExtrusionState
-from bpc_perception import topics
+from bpc_perception.messages import topics
 
 from .spoiled_captures import CHANGES, Messages
 

@@ -9,11 +9,12 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from bpc_perception.bag import Bag, BagWriter
 import numpy as np
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.bag_writer import BagWriter
 
 from .command_line import SAMPLE
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from bpc_perception import topics
+from bpc_perception.messages import topics
 
 FILE = Path(topics.__file__).parents[1] / 'sros2' / 'bpc.policy.xml'
 # What any node of rclpy has beside its own.

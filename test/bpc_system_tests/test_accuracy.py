@@ -7,9 +7,10 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from bpc_sim.studies import Row, STUDIES
 import pytest
 import yaml
+
+from bpc_sim.studies import Row, STUDIES
 
 THRESHOLDS = yaml.safe_load(
     Path(__file__).with_name('accuracy_thresholds.yaml').read_text(encoding='utf-8'))

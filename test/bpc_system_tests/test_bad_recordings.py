@@ -8,16 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.conversions import ns_to_stamp, path_to_message, stamp_to_ns
-from bpc_perception.core.config import BASE
-from bpc_perception.core.path import DepositionPath
-from bpc_sim.sample import START_NS
-from bpc_sim.scenarios import line
 import numpy as np
 import pytest
 
-from bpc_perception import topics
+from bpc_perception.core.config import BASE
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.messages import topics
+from bpc_perception.messages.path import path_to_message
+from bpc_perception.messages.stamps import ns_to_stamp, stamp_to_ns
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_sim.printer.recording import START_NS
+from bpc_sim.printer.scenarios import line
 
 from .command_line import OUTPUTS, refusal, succeed
 from .ros_graph import Listener, listening, own_domain

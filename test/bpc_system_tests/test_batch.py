@@ -15,7 +15,7 @@ from distributed import Client
 from pyarrow import parquet
 import pytest
 
-from bpc_perception import batch
+from bpc_perception.cli.batch import batch
 
 from .command_line import run
 

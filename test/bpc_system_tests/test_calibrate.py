@@ -6,13 +6,6 @@ from pathlib import Path
 import re
 import shutil
 
-from bpc_perception.bag import BagWriter
-from bpc_perception.conversions import capture_to_messages, ns_to_stamp, pose_to_message
-from bpc_perception.core.calibration_board import Board
-from bpc_perception.core.geometry import Array
-from bpc_perception.core.kinematics import flange_pose, JOINTS
-from bpc_perception.handeye import load_hand_eye
-from bpc_sim.calibration_rig import CalibrationRig
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
@@ -20,7 +13,16 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 import yaml
 
-from bpc_perception import topics
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.calibration.board import Board
+from bpc_perception.core.robot.kinematics import flange_pose, JOINTS
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.recording.bag_writer import BagWriter
+from bpc_sim.scene.calibration_rig import CalibrationRig
 
 from .command_line import refusal, run, SAMPLE, succeed
 

@@ -9,9 +9,6 @@ import threading
 import time
 from typing import Any
 
-from bpc_perception.conversions import capture_to_messages, ns_to_stamp, pose_to_message
-from bpc_perception.testing import Graph
-from bpc_sim.scenarios import SCENARIOS
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
@@ -20,7 +17,12 @@ from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Bool
 
 from bpc_interfaces.msg import ExtrusionState
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.runtime.isolated_graph import Graph
+from bpc_sim.printer.scenarios import SCENARIOS
 
 from .command_line import command, PATIENCE, SAMPLE
 from .ros_graph import own_domain

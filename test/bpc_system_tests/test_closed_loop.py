@@ -9,10 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bpc_sim.situations import SITUATIONS
-from bpc_sim.studies import Row, STUDIES
 import pytest
 import yaml
+
+from bpc_sim.closed_loop.situations import SITUATIONS
+from bpc_sim.studies import Row, STUDIES
 
 THRESHOLDS = yaml.safe_load(
     Path(__file__).with_name('closed_loop_thresholds.yaml').read_text(encoding='utf-8'))

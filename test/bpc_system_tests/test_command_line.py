@@ -9,8 +9,9 @@ import signal
 import subprocess
 import sys
 
-from bpc_perception.bag import Bag
 import pytest
+
+from bpc_perception.recording.bag import Bag
 
 from .command_line import command, OUTPUTS, PATIENCE, refusal, run, SAMPLE, succeed
 from .ros_graph import own_domain
@@ -36,7 +37,7 @@ def test_every_command_explains_itself(name: str) -> None:
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.parametrize('loaded', ['typer', 'bpc_perception.cli', 'bpc_perception.nodes.run'])
+@pytest.mark.parametrize('loaded', ['typer', 'bpc_perception.cli', 'bpc_perception.runtime.run'])
 def test_told_to_end_while_it_loads_it_just_ends(tmp_path: Path, loaded: str,
                                                  number: signal.Signals) -> None:
     bag = tmp_path / 'bag'

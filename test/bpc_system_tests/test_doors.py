@@ -15,10 +15,14 @@ from threading import Thread
 import time
 from xml.etree import ElementTree
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.shared_memory import clean
-from bpc_perception.testing import Graph
-from bpc_perception.transport import (
+import pytest
+from rclpy.node import Node
+
+from bpc_perception.messages import topics
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.isolated_graph import Graph
+from bpc_perception.runtime.transport import dds_profiles
+from bpc_perception.runtime.transport.dds_profiles import (
     FOLDER,
     hearing,
     PROFILES,
@@ -26,10 +30,7 @@ from bpc_perception.transport import (
     VARIABLES,
     with_profile,
 )
-import pytest
-from rclpy.node import Node
-
-from bpc_perception import topics, transport
+from bpc_perception.runtime.transport.shared_memory import clean
 
 from . import sros2_policy
 from .command_line import SAMPLE
@@ -183,6 +184,7 @@ def test_the_check_finds_doors() -> None:
 
 # DDS security
 
+
 def allowed(enclave: str, node: str, kind: str, action: str) -> set[str]:
     """Full names that the policy allows a node of an enclave."""
     root = ElementTree.parse(sros2_policy.FILE).getroot()
@@ -240,6 +242,7 @@ def test_without_its_plug_ins_security_is_refused_not_left_out(tmp_path: Path) -
 
 
 # The profiles
+
 
 def test_profiles_differ_in_what_they_are_for_only() -> None:
     for (local, captures), file in PROFILES.items():
@@ -361,7 +364,7 @@ def test_without_room_for_a_profile_the_port_is_as_ever(monkeypatch: pytest.Monk
                                                         tmp_path: Path) -> None:
     for name in VARIABLES:
         monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
-    monkeypatch.setattr(transport, 'SHARED_MEMORY', tmp_path / 'none')
+    monkeypatch.setattr(dds_profiles, 'SHARED_MEMORY', tmp_path / 'none')
     with hearing(large_messages=True):
         assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
 

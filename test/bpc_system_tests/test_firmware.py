@@ -6,8 +6,9 @@ from pathlib import Path
 import shutil
 import subprocess
 
-from bpc_perception.core.extruder import parse_line, TicState
 import pytest
+
+from bpc_perception.core.extruder.tic import parse_line, TicState
 
 SKETCH = Path(__file__).resolve().parents[2] / 'firmware/extruder_bridge/extruder_bridge.ino'
 

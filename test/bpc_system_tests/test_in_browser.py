@@ -12,13 +12,14 @@ from typing import Any
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
-from bpc_perception.overlay import draw_overlay
 from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 from selenium.common.exceptions import WebDriverException
 from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
+
+from bpc_perception.display.overlay import draw_overlay
 
 from .browser import asked, DESKTOP, errors, PHONE, show_as
 from .command_line import running, SAMPLE

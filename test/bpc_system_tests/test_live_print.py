@@ -8,17 +8,18 @@ from pathlib import Path
 import re
 import time
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.conversions import profile_from_message, stamp_to_ns
-from bpc_perception.core.profile import run_extents
-from bpc_sim.sample import hand_eye, parameters
-from bpc_sim.scenarios import SCENARIOS
 import numpy as np
 import pytest
 import yaml
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
-from bpc_perception import topics
+from bpc_perception.core.profile import run_extents
+from bpc_perception.messages import topics
+from bpc_perception.messages.profile import profile_from_message
+from bpc_perception.messages.stamps import stamp_to_ns
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_sim.printer.recording import hand_eye, parameters
+from bpc_sim.printer.scenarios import SCENARIOS
 
 from .command_line import ROOT
 from .ros_graph import Listener, listening, own_domain, start_delay

@@ -14,14 +14,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bpc_perception.bag import Bag
-from bpc_perception.core.config import RecorderConfig, SegmentationConfig, ThicknessConfig
-from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
-from bpc_perception.handeye import load_hand_eye
-from bpc_perception.offline import measure_bag
 import numpy as np
 from numpy.typing import NDArray
 import pytest
+
+from bpc_perception.core.config import RecorderConfig, SegmentationConfig, ThicknessConfig
+from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.offline import measure_bag
 
 from . import photo_of_lines as photo
 

@@ -9,26 +9,25 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 
-from bpc_perception.core.capture import Capture
-from bpc_perception.core.config import parameters_of, ThicknessConfig
-from bpc_perception.core.geometry import Array, transform
-from bpc_perception.core.measurement import measure
-from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_sim.curves import turtle
-from bpc_sim.deposit import Deposit
-from bpc_sim.imaging import Colour, expose, Imaging, mix
-from bpc_sim.paper_cases import planar_capture
-from bpc_sim.raster import coverage
-from bpc_sim.truth import SPEED, STAMP_NS
-from hypothesis import assume, example, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, example, given, settings, strategies as st
 import numpy as np
-from numpy.typing import NDArray
 import pytest
 from scipy.spatial.transform import Rotation
 
-Flags = NDArray[np.bool_]
+from bpc_perception.core.arrays import Array, Flags
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.measurement.measure import measure
+from bpc_perception.core.parameter import parameters_of
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_sim.ink.curves import turtle
+from bpc_sim.ink.deposit import Deposit
+from bpc_sim.scene.imaging import Colour, expose, Imaging, mix
+from bpc_sim.scene.planar import planar_capture
+from bpc_sim.scene.raster import coverage
+from bpc_sim.stress.truth import SPEED, STAMP_NS
 
 METHODS = parameters_of(ThicknessConfig)['method'][0].choices
 MM = 1e-3

@@ -7,17 +7,18 @@ from itertools import pairwise
 from pathlib import Path
 import re
 
-from bpc_perception.cli import app
-from bpc_perception.core.config import CameraConfig, flatten
-from bpc_perception.core.profile import Status
-from bpc_perception.parameter_files import configure, live_recorder
-from bpc_sim.scenarios import SCENARIOS
 import cv2
 import pytest
 import typer
 import yaml
 
-from bpc_perception import topics
+from bpc_perception.cli import app
+from bpc_perception.core.config import CameraConfig
+from bpc_perception.core.parameter import flatten
+from bpc_perception.core.profile import Status
+from bpc_perception.files.parameter_file import configure, live_recorder
+from bpc_perception.messages import topics
+from bpc_sim.printer.scenarios import SCENARIOS
 
 from . import reference
 from .test_faults import TESTS

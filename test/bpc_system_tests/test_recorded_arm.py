@@ -5,26 +5,27 @@ from __future__ import annotations
 from array import array
 from pathlib import Path
 
-from bpc_perception.bag import BagWriter
-from bpc_perception.cli.inputs import load
-from bpc_perception.conversions import capture_to_messages, ns_to_stamp
-from bpc_perception.core.config import BASE, FLANGE
-from bpc_perception.core.kinematics import JOINTS
-from bpc_perception.core.session import HandEye
-from bpc_perception.handeye import save_hand_eye
-from bpc_perception.offline import measure_bag
-from bpc_sim.arm import Arm
-from bpc_sim.messages import extruder_message
-from bpc_sim.rig import Rig
-from bpc_sim.sample import CAMERA_LATENCY_NS, parameters, START_NS
-from bpc_sim.scenarios import SCENARIOS
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
 import yaml
 
 from bpc_interfaces.msg import ExtrusionState
-from bpc_perception import topics
+from bpc_perception.core.config import BASE, FLANGE
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.robot.kinematics import JOINTS
+from bpc_perception.files.hand_eye_file import save_hand_eye
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.recording.bag_writer import BagWriter
+from bpc_perception.recording.inputs import load
+from bpc_perception.recording.offline import measure_bag
+from bpc_sim.doubles.rig import Rig
+from bpc_sim.printer.arm import Arm
+from bpc_sim.printer.messages import extruder_message
+from bpc_sim.printer.recording import CAMERA_LATENCY_NS, parameters, START_NS
+from bpc_sim.printer.scenarios import SCENARIOS
 
 from .command_line import succeed
 from .ros_graph import own_domain

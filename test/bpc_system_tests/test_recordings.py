@@ -12,13 +12,6 @@ import subprocess
 from types import SimpleNamespace
 from typing import Any
 
-from bpc_perception.bag import Bag, BagError, BagWriter
-from bpc_perception.exit_status import REFUSED
-from bpc_perception.nodes import bag_recorder
-from bpc_perception.nodes.bag_recorder import BagRecorderNode
-from bpc_perception.shared_memory import SHARED_MEMORY
-from bpc_perception.testing import Graph
-from bpc_perception.whole import inside, whole_bag
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from mcap.reader import make_reader, NonSeekingReader
@@ -32,7 +25,15 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from bpc_interfaces.msg import ExtrusionState
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.nodes import bag_recorder
+from bpc_perception.nodes.bag_recorder import BagRecorderNode
+from bpc_perception.recording.atomic import inside, whole_bag
+from bpc_perception.recording.bag import Bag, BagError
+from bpc_perception.recording.bag_writer import BagWriter
+from bpc_perception.runtime.exit_status import REFUSED
+from bpc_perception.runtime.isolated_graph import Graph
+from bpc_perception.runtime.transport.shared_memory import SHARED_MEMORY
 
 from .command_line import run, running
 from .killed_recorder import (
@@ -111,6 +112,7 @@ def recovered(torn: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
 
 # Killed
 
+
 @pytest.fixture(scope='module')
 def left(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Remains]]:
     """What two recorders leave that were killed while they recorded."""
@@ -153,6 +155,7 @@ def test_what_a_killed_recorder_leaves_is_the_same_to_javascript(left: list[Rema
 
 
 # Torn, and mended
+
 
 def test_a_torn_recording_is_recovered(
         recovered: tuple[Path, subprocess.CompletedProcess[str]]) -> None:
@@ -204,6 +207,7 @@ def test_a_name_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: st
 
 # Others read ours, and we theirs
 
+
 @javascript
 def test_javascript_reads_what_we_wrote(tmp_path: Path) -> None:
     with BagWriter(tmp_path / 'bag') as writer:
@@ -232,6 +236,7 @@ def test_we_read_what_rosbags_wrote(tmp_path: Path, compressed: bool) -> None:
 
 
 # A full disk
+
 
 def fill_disk(bag: BagWriter) -> None:
     """From now on the kernel says to this writer that the disk is full."""

@@ -12,7 +12,7 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from bpc_interfaces.msg import ThicknessProfile
-from bpc_perception import topics
+from bpc_perception.messages import topics
 
 from .command_line import OUTPUTS, run, running, SAMPLE, succeed
 from .process_tree import alive, descendants

@@ -19,23 +19,23 @@ import time
 from types import SimpleNamespace
 from typing import Any
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.conversions import profile_from_message, stamp_to_ns
-from bpc_perception.core.config import BASE, FLANGE
-from bpc_perception.core.profile import Status
-from bpc_perception.core.session import HandEye
-from bpc_perception.handeye import save_hand_eye
-from bpc_sim.extruder_double import TicDouble, Wire
-from bpc_sim.print_job import SYRINGE_BORE
-from bpc_sim.scenarios import SCENARIOS
 import numpy as np
 import pytest
 import yaml
 
-from bpc_sim import rig as doubles
+from bpc_perception.core.config import BASE, FLANGE
+from bpc_perception.core.profile import Status
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.files.hand_eye_file import save_hand_eye
+from bpc_perception.messages.profile import profile_from_message
+from bpc_perception.messages.stamps import stamp_to_ns
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_sim.doubles import rig as doubles
+from bpc_sim.doubles.extruder import TicDouble, Wire
+from bpc_sim.printer.print_job import SYRINGE_BORE
+from bpc_sim.printer.scenarios import SCENARIOS
 
-from .command_line import command, PATIENCE, run
-from .command_line import running as running_command
+from .command_line import command, PATIENCE, run, running as running_command
 from .lbr_messages import lbr_messages
 from .ros_graph import Listener, listening, own_domain
 from .truth_of_prints import compare, expect_the_truth, MM, pixel_size
@@ -111,7 +111,7 @@ def write_settings(folder: Path, rig: doubles.Rig, source: str) -> None:
         'extruder_bridge': {'ros__parameters': bridge}}))
     (folder / 'vendor' / 'zivid').mkdir(parents=True)
     (folder / 'vendor' / 'zivid' / '__init__.py').write_text(
-        'from bpc_sim.rig import install\n\ninstall()\n')
+        'from bpc_sim.doubles.rig import install\n\ninstall()\n')
 
 
 @pytest.fixture(scope='module', params=[('eye_on_base', 'joint_states'),

@@ -6,13 +6,14 @@ import csv
 import json
 from pathlib import Path
 
-from bpc_perception.cli.inputs import load
-from bpc_perception.core.profile import ThicknessProfile
-from bpc_perception.offline import measure_bag
-from bpc_sim.scenarios import spiral_gaps
 import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader
+
+from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.recording.inputs import load
+from bpc_perception.recording.offline import measure_bag
+from bpc_sim.printer.scenarios import spiral_gaps
 
 from .command_line import SAMPLE
 from .truth_of_prints import compare, Comparison, expect_the_truth, MM, pixel_size

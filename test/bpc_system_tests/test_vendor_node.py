@@ -7,22 +7,23 @@ from dataclasses import replace
 from pathlib import Path
 import struct
 
-from bpc_perception.bag import Bag, BagWriter
-from bpc_perception.conversions import ns_to_stamp
-from bpc_perception.core.capture import Capture
-from bpc_perception.core.config import RecorderConfig, ThicknessConfig
-from bpc_perception.core.session import HandEye
-from bpc_perception.offline import measure_bag
-from bpc_sim.messages import extruder_message, robot_message
-from bpc_sim.print_job import PrintJob
-from bpc_sim.scenarios import SCENARIOS
-from bpc_sim.zivid_double import linear
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
-from bpc_perception import topics
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.messages import topics
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.bag_writer import BagWriter
+from bpc_perception.recording.offline import measure_bag
+from bpc_sim.doubles.zivid import linear
+from bpc_sim.printer.messages import extruder_message, robot_message
+from bpc_sim.printer.print_job import PrintJob
+from bpc_sim.printer.scenarios import SCENARIOS
 
 from .truth_of_prints import compare, expect_the_truth, pixel_size
 

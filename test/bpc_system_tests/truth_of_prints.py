@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bpc_perception.core.geometry import Array, invert, transform
-from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_sim.print_job import PrintJob
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.geometry import invert, transform
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_sim.printer.print_job import PrintJob
 
 MM = 1e-3  # [m]
 

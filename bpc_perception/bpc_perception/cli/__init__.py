@@ -6,16 +6,15 @@ Built with Typer, which makes options, types and help from the functions' own si
 from __future__ import annotations
 
 import atexit
+from importlib.metadata import entry_points
 import logging
 import sys
 from typing import Any, NoReturn
 
 import typer
 
-from bpc_perception import shared_memory
 from bpc_perception.cli import (
     batch,
-    bench,
     calibrate,
     check,
     compare,
@@ -24,14 +23,13 @@ from bpc_perception.cli import (
     record,
     recover,
     replay,
-    sim,
-    study,
-    testing,
+    test_suite,
 )
-from bpc_perception.cli.terminal import WARNINGS
-from bpc_perception.ending import end_in_time
-from bpc_perception.exit_status import INTERRUPTED, REFUSED
-from bpc_perception.transport import choose_profile
+from bpc_perception.cli.parts.terminal import tell_warnings, WARNINGS
+from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED
+from bpc_perception.runtime.signals import end_in_time
+from bpc_perception.runtime.transport import shared_memory
+from bpc_perception.runtime.transport.dds_profiles import choose_profile
 
 # Of Click, which newer versions of Typer bring along under a name of their own.
 UsageError: Any = typer.BadParameter.__base__
@@ -40,15 +38,16 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None,
                   pretty_exceptions_enable=False,
                   help='Live thickness feedback for robotic bioprinting. Also: ./bpc env prints '
                        'the environment, for colcon and tools run by hand.')
-for name, command in (('demo', replay.demo), ('test', testing.run_tests),
+for name, command in (('demo', replay.demo), ('test', test_suite.run_tests),
                       ('measure', measure.measure), ('replay', replay.replay),
-                      ('live', live.live), ('sim', sim.sim), ('record', record.record),
+                      ('live', live.live), ('record', record.record),
                       ('recover', recover.recover), ('batch', batch.batch),
-                      ('compare', compare.compare),
-                      ('study', study.study), ('bench', bench.bench),
-                      ('check', check.check)):
+                      ('compare', compare.compare), ('check', check.check)):
     app.command(name)(command)
 app.add_typer(calibrate.app, name='calibrate')
+# Commands of other packages, such as those of the simulator where it is installed.
+for entry in sorted(set(entry_points(group='bpc.commands'))):
+    app.command(entry.name)(entry.load())
 
 
 def main() -> None:
@@ -68,7 +67,7 @@ def main() -> None:
         sys.exit(INTERRUPTED)
     finally:
         shared_memory.clean(leaving=True)  # that of nodes which others still had mapped
-    WARNINGS.tell()
+    tell_warnings()
     sys.exit(status)
 
 

@@ -9,14 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
-from bpc_perception.cli import inputs
-from bpc_perception.cli.options import (
+from bpc_perception.cli.parts.options import (
     HandEyeOption,
     JsonOption,
     ParametersOption,
     QuietOption,
 )
-from bpc_perception.cli.terminal import Terminal
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.report.outputs import check_out
 
 NEEDED = ('distributed', 'pyarrow')
 
@@ -42,25 +42,27 @@ def batch(
     The exit status is 1 if one of them failed.
     """
     terminal = Terminal(quiet, json_lines)
-    inputs.check_out(out)
+    check_out(out)
     for name in NEEDED:
         if find_spec(name) is None:
             raise ValueError(f'batch: expected the package {name}, found none')
     if not folder.is_dir():
         raise ValueError(f'{folder}: expected a folder, found none')
     # Imported late: only this command needs a cluster.
-    from bpc_perception import batch
+    from bpc_perception.batch.cluster import cluster, run
+    from bpc_perception.batch.jobs import find_jobs
+    from bpc_perception.batch.table import write_table
 
-    todo = batch.jobs(folder, out, hand_eye, parameters)
+    todo = find_jobs(folder, out, hand_eye, parameters)
     count = min(workers or os.cpu_count() or 1, len(todo))
     with (terminal.progress('batch', len(todo)) as advance,
-          batch.cluster(scheduler, count) as client):
+          cluster(scheduler, count) as client):
         def told(row: dict[str, Any], new: bool) -> None:
             terminal.tell('print', in_words(row, new), **row, measured=new)
             advance()
 
-        rows = batch.run(client, todo, told)
-    terminal.files(batch.write_table(out, rows))
+        rows = run(client, todo, told)
+    terminal.files(write_table(out, rows))
     failed = [row for row in rows if row['exit_status']]
     if failed:
         terminal.say(f'{len(failed)} of {len(rows)} failed:')

@@ -9,27 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 import typer
 
-from bpc_perception.bag import Bag
-from bpc_perception.cli import inputs
-from bpc_perception.cli.options import (
+from bpc_perception.cli.parts.options import (
     BagArgument,
     HandEyeOption,
     JsonOption,
     ParametersOption,
     QuietOption,
 )
-from bpc_perception.cli.terminal import Terminal
-from bpc_perception.core.calibration_board import Board, find_board
-from bpc_perception.core.calibration_check import offset
-from bpc_perception.core.calibration_handeye import calibrate, HandEyeCalibration
-from bpc_perception.core.calibration_nozzle import CalibrationError, pivot, Rest, rests
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.calibration.board import Board, find_board
+from bpc_perception.core.calibration.check import offset
+from bpc_perception.core.calibration.errors import CalibrationError
+from bpc_perception.core.calibration.hand_eye import calibrate, HandEyeCalibration
+from bpc_perception.core.calibration.nozzle import pivot, Rest, rests
 from bpc_perception.core.config import FLANGE, RecorderConfig
-from bpc_perception.core.geometry import Array
-from bpc_perception.core.session import HandEye
-from bpc_perception.handeye import MOUNTS, save_hand_eye
-from bpc_perception.offline import measure_bag
-from bpc_perception.parameter_files import configure
-from bpc_perception.recording import capture_count, captures, flange_poses
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.files.hand_eye_file import MOUNTS, save_hand_eye
+from bpc_perception.files.parameter_file import configure
+from bpc_perception.recording import inputs
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.contents import capture_count, captures, flange_poses
+from bpc_perception.recording.offline import measure_bag
 
 POOR_PIVOT = 0.5e-3  # residual from which a pivoting is doubtful [m]
 STANDSTILL = 0.3  # how long the flange has to stand for a capture of the board [s]

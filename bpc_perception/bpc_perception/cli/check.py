@@ -18,16 +18,8 @@ from rclpy.node import Node
 from rclpy.qos import ReliabilityPolicy
 import typer
 
-from bpc_perception import topics
-from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
-from bpc_perception.cli.terminal import Terminal
-from bpc_perception.conversions import ConversionError
-from bpc_perception.core.config import CameraConfig, ConfigError, RecorderConfig, ThicknessConfig
-from bpc_perception.core.extruder import error_names
-from bpc_perception.flange_poses import FlangePoses
-from bpc_perception.handeye import load_hand_eye
-from bpc_perception.parameter_files import configure, live_recorder
-from bpc_perception.preflight import (
+from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.preflight import (
     FAIL,
     Finding,
     Heard,
@@ -39,6 +31,16 @@ from bpc_perception.preflight import (
     judge_transport,
     OK,
 )
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.extruder.tic import error_names
+from bpc_perception.core.parameter import ConfigError
+from bpc_perception.drivers import check_back_end
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.files.parameter_file import configure, live_recorder
+from bpc_perception.messages import topics
+from bpc_perception.messages.flange_poses import FlangePoses
+from bpc_perception.messages.stamps import ConversionError
 
 DAY = 86400.0  # [s]
 
@@ -127,7 +129,7 @@ def check(
     terminal = Terminal(quiet, json_lines)
     others = remappings(remap)
     if camera is not None:
-        CameraConfig(back_end=camera)
+        check_back_end(camera)
     found = list(_settings(hand_eye, parameters))
     shared_memory = shutil.disk_usage('/dev/shm').free  # noqa: S108 (no file is made there)
     found += judge_transport(os.environ, shared_memory)

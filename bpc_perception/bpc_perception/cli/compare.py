@@ -9,9 +9,9 @@ from rich.markup import escape
 from rich.table import Table
 import typer
 
-from bpc_perception import comparison
-from bpc_perception.cli.options import JsonOption, QuietOption
-from bpc_perception.cli.terminal import Terminal
+from bpc_perception.cli.parts.options import JsonOption, QuietOption
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.report import comparison
 
 
 def compare(

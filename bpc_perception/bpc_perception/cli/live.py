@@ -7,18 +7,19 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception import topics
-from bpc_perception.cli.monitor import monitoring
-from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
-from bpc_perception.cli.page import PageOption, serving
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.cli.supervision import Supervisor
-from bpc_perception.cli.terminal import Terminal
-from bpc_perception.core.config import CameraConfig, ThicknessConfig
-from bpc_perception.flange_poses import FlangePoses
-from bpc_perception.handeye import load_hand_eye
-from bpc_perception.parameter_files import configure, live_recorder
-from bpc_perception.path_journal import default_folder
+from bpc_perception.cli.parts.live_page import PageOption, serving
+from bpc_perception.cli.parts.monitor import monitoring
+from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.drivers import check_back_end
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.files.parameter_file import configure, live_recorder
+from bpc_perception.messages import topics
+from bpc_perception.messages.flange_poses import FlangePoses
+from bpc_perception.recording.path_journal import default_folder
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.supervisor import Supervisor
 
 PATIENCE = 5.0  # until topics that are still silent are named [s]
 
@@ -45,7 +46,7 @@ def live(
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
     if camera is not None:
-        CameraConfig(back_end=camera)
+        check_back_end(camera)
     recorder = live_recorder(parameters)
     others = remappings(remap)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic

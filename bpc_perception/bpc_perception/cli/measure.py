@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception.cli import inputs
-from bpc_perception.cli.options import (
+from bpc_perception.cli.parts.options import (
     BagArgument,
     FiguresOption,
     HandEyeOption,
@@ -16,12 +15,14 @@ from bpc_perception.cli.options import (
     ParametersOption,
     QuietOption,
 )
-from bpc_perception.cli.table import ResultTable
-from bpc_perception.cli.terminal import Terminal, WARNINGS
-from bpc_perception.offline import measure_bag
-from bpc_perception.outputs import write_outputs
-from bpc_perception.print_log import PrintLog
-from bpc_perception.recording import capture_count
+from bpc_perception.cli.parts.table import ResultTable
+from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
+from bpc_perception.recording import inputs
+from bpc_perception.recording.contents import capture_count
+from bpc_perception.recording.offline import measure_bag
+from bpc_perception.report.outputs import check_figures, check_out, write_outputs
+from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.provenance import provenance_of
 
 
 def measure(
@@ -39,8 +40,8 @@ def measure(
 ) -> None:
     """Measure a recorded print, to the same digits as live."""
     terminal = Terminal(quiet, json_lines)
-    inputs.check_out(out)
-    inputs.check_figures(figures)
+    check_out(out)
+    check_figures(figures)
     given = inputs.load(bag, hand_eye, parameters)
     expected = capture_count(given.bag)
     table, log = ResultTable(terminal), PrintLog(capture, expected)
@@ -50,7 +51,7 @@ def measure(
             log.add(result)
             if all_captures and result.profile is not None:
                 write_outputs(out / f'capture_{result.profile.capture:04d}',
-                              PrintLog.of([result]), given.provenance, figures)
+                              PrintLog.of([result]), provenance_of(given), figures)
             advance()
     if not log.numbers:
         reasons = '; '.join(sorted(log.refusals)) or 'no capture'
@@ -61,4 +62,4 @@ def measure(
     if log.reported.warning:
         terminal.warn(log.reported.warning)
     log.warnings = list(WARNINGS.texts)
-    terminal.files(write_outputs(out, log, given.provenance, figures))
+    terminal.files(write_outputs(out, log, provenance_of(given), figures))

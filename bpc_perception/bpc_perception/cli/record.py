@@ -10,14 +10,15 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception import topics
-from bpc_perception.cli.inputs import HAND_EYE, PARAMETERS
-from bpc_perception.cli.options import JsonOption, QuietOption, RemapOption, remappings
-from bpc_perception.cli.terminal import Terminal
-from bpc_perception.core.config import flatten, RecorderConfig
-from bpc_perception.ending import loading
-from bpc_perception.handeye import load_hand_eye
-from bpc_perception.parameter_files import configure
+from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.core.config import RecorderConfig
+from bpc_perception.core.parameter import flatten
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.files.parameter_file import configure
+from bpc_perception.messages import topics
+from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
+from bpc_perception.runtime.signals import loading
 
 MB = 1e6  # [bytes]
 

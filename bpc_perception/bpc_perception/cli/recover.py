@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception import mcap_file
-from bpc_perception.bag import Bag, BagError
-from bpc_perception.cli.inputs import HAND_EYE, PARAMETERS
-from bpc_perception.whole import whole_bag
+from bpc_perception.recording import mcap_file
+from bpc_perception.recording.atomic import whole_bag
+from bpc_perception.recording.bag import Bag, BagError
+from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
 
 
 def recover(

@@ -10,10 +10,9 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception import topics
-from bpc_perception.cli import inputs
-from bpc_perception.cli.monitor import Monitor, monitoring
-from bpc_perception.cli.options import (
+from bpc_perception.cli.parts.live_page import linger, PageOption, serving
+from bpc_perception.cli.parts.monitor import Monitor, monitoring
+from bpc_perception.cli.parts.options import (
     BagArgument,
     FiguresOption,
     HandEyeOption,
@@ -23,15 +22,17 @@ from bpc_perception.cli.options import (
     QuietOption,
     SeparateOption,
 )
-from bpc_perception.cli.page import linger, PageOption, serving
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.cli.terminal import Terminal
+from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.session import Result
-from bpc_perception.offline import measure_bag
-from bpc_perception.outputs import write_outputs
-from bpc_perception.print_log import PrintLog
-from bpc_perception.recording import captures
+from bpc_perception.messages import topics
+from bpc_perception.recording import inputs
+from bpc_perception.recording.contents import captures
+from bpc_perception.recording.offline import measure_bag
+from bpc_perception.report.outputs import check_figures, check_out, write_outputs
+from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.provenance import provenance_of
+from bpc_perception.runtime.child_processes import Nodes
 
 # A recording can wait for a busy machine; a robot's poses, best effort, cannot.
 LOSSLESS = {f'qos_overrides./{topic}.subscription.reliability': 'reliable'
@@ -73,8 +74,8 @@ def replay(
 ) -> None:
     """Replay a recording through the nodes."""
     terminal = Terminal(quiet, json_lines)
-    inputs.check_out(out)
-    inputs.check_figures(figures)
+    check_out(out)
+    check_figures(figures)
     PlayerConfig(rate=rate)
     given = inputs.load(bag, hand_eye, parameters)
     stamps = [capture.stamp_ns for _, capture in captures(given.bag)]
@@ -121,7 +122,7 @@ def replay(
         silence = 'the nodes gave no reason' if played_out else 'it was ended before the first'
         raise ValueError(f'{bag}: expected a profile, found none; '
                          f'{"; ".join(monitor.warnings) or silence}')
-    terminal.files(write_outputs(out, log, given.provenance, figures))
+    terminal.files(write_outputs(out, log, provenance_of(given), figures))
 
 
 def collect(monitor: Monitor, given: inputs.Inputs) -> Iterator[Result]:

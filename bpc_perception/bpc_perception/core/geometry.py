@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from bpc_perception.core.arrays import Array
 
 
 def transform(T_target_source: Array, points: Array) -> Array:
@@ -45,3 +44,9 @@ class Plane:
         e1 = np.cross(self.normal, helper)
         e1 /= np.linalg.norm(e1)
         return points @ np.stack((e1, np.cross(self.normal, e1)), axis=1)
+
+
+def unit_vectors(vectors: Array) -> Array:
+    """Vectors (..., 3) of length 1; NaN where there is no length."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, np.nan)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.geometry import Array
+from bpc_perception.core.arrays import Array
 
 StatusArray = NDArray[np.uint8]
 

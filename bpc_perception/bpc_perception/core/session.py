@@ -7,32 +7,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 import logging
 
-from bpc_perception.core.advice import RateAdvice
-from bpc_perception.core.advisor import Advisor
-from bpc_perception.core.capture import Capture
+from bpc_perception.core.advice.advisor import Advisor
+from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.geometry import Array
-from bpc_perception.core.incremental import PrintMemory
-from bpc_perception.core.measurement import measure, MeasurementError
-from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.poses import PoseBuffer
+from bpc_perception.core.measurement.incremental import PrintMemory
+from bpc_perception.core.measurement.measure import measure, MeasurementError
+from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile
-from bpc_perception.core.targets import WidthTargets
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.robot.poses import PoseBuffer
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class HandEye:
-    """Where the camera is mounted.
-
-    Attributes:
-        on_base: True = fixed beside the robot (eye on base), False = on its flange (in hand).
-        T_parent_camera: (4, 4) pose of the camera's optical frame in the base or flange frame.
-    """
-
-    on_base: bool
-    T_parent_camera: Array
 
 
 @dataclass(frozen=True)

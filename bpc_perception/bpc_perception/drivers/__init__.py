@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from importlib import import_module
+from importlib.metadata import entry_points
 from typing import Protocol
 
 from rclpy.node import Node
 
-from bpc_perception.core.capture import Capture
+from bpc_perception.core.capture.capture import Capture
 
-# A module of a back end has a function ``prepare(node)`` that declares the parameters it needs
-# and returns what opens its Camera, as often as it is called.
-BACK_ENDS = {'bag': 'bpc_perception.drivers.bag', 'synthetic': 'bpc_sim.synthetic_camera',
-             'zivid': 'bpc_perception.drivers.zivid'}
-
-
+# Entry points of this group are the back ends, in whatever package they are: a function
+# ``prepare(node)`` that declares the parameters it needs and returns what opens its Camera, as
+# often as it is called.
+GROUP = 'bpc.cameras'
 WARN = 'WARN'
 
 
@@ -42,16 +40,27 @@ class Camera(Protocol):
         """Let go of the device."""
 
 
+def back_ends() -> list[str]:
+    """The names of all back ends that are installed."""
+    return sorted(entry_points(group=GROUP).names)
+
+
+def check_back_end(name: str) -> None:
+    """Raise ValueError unless a back end of this name is installed."""
+    if name not in back_ends():
+        raise ValueError(f'back_end: expected one of {", ".join(back_ends())}, found {name!r}')
+
+
 def prepare_camera(name: str, node: Node) -> Callable[[], Camera]:
     """What opens the camera of a back end.
 
     Raises ValueError when the back end is unknown or not installed; opening it may, too.
     """
-    if name not in BACK_ENDS:
-        raise ValueError(f'back_end: expected one of {", ".join(BACK_ENDS)}, found "{name}"')
+    check_back_end(name)
+    entry, = {entry for entry in entry_points(group=GROUP) if entry.name == name}
     try:
-        module = import_module(BACK_ENDS[name])
+        prepare = entry.load()
     except ImportError as error:
         raise ValueError(f'back_end: expected {name} to be installed, found: {error}') from error
-    opener: Callable[[], Camera] = module.prepare(node)
+    opener: Callable[[], Camera] = prepare(node)
     return opener

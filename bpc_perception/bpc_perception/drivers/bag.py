@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator, Mapping
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
-from bpc_perception.bag import Bag, BagError
-from bpc_perception.core.capture import Capture
+from bpc_perception.core.capture.capture import Capture
 from bpc_perception.drivers import CameraError
-from bpc_perception.recording import captures
+from bpc_perception.recording.bag import Bag, BagError
+from bpc_perception.recording.contents import captures
 
 
 class BagCamera:

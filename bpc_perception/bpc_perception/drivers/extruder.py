@@ -9,7 +9,7 @@ import time
 from typing import Any, Protocol
 
 from bpc_perception.core.config import ExtruderConfig
-from bpc_perception.core.extruder import ExtruderError, parse_line, StateError, TicState
+from bpc_perception.core.extruder.tic import ExtruderError, parse_line, StateError, TicState
 
 LONGEST_LINE = 512  # [bytes]
 TIC_PATIENCE = 0.1  # for an answer [s]

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 
-from bpc_perception.core.back_off import BackOff
-from bpc_perception.core.capture import Capture, PinholeCamera
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.config import ZividConfig
-from bpc_perception.core.geometry import Array
+from bpc_perception.core.watch.back_off import BackOff
 from bpc_perception.drivers import CameraError, WARN
-from bpc_perception.nodes.parameters import NodeConfig
+from bpc_perception.runtime.parameters import NodeConfig
 
 MILLIMETRE = np.float32(1e-3)  # the SDK's unit [m]
 # Where points of the cloud may fall beside their own pixels with the right intrinsics [pixels].

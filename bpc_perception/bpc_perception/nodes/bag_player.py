@@ -12,15 +12,15 @@ from typing import Any
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from bpc_perception import topics
-from bpc_perception.bag import Bag
-from bpc_perception.conversions import ns_to_stamp
 from bpc_perception.core.config import PlayerConfig
-from bpc_perception.nodes.clock import steady_clock
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.run import run
-from bpc_perception.recording import find_topics, pose_topics
+from bpc_perception.messages import topics
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.contents import find_topics, pose_topics
+from bpc_perception.runtime.clock import steady_clock
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.run import run
 
 CLOCK_PERIOD = 0.01  # [s]
 # When the machine is busy the clock goes slower: a burst of poses would overflow queues [s].

@@ -12,15 +12,15 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bpc_perception import topics
-from bpc_perception.bag import BagWriter
 from bpc_perception.core.config import BagRecorderConfig
-from bpc_perception.exit_status import REFUSED
-from bpc_perception.flange_poses import FlangePoses
-from bpc_perception.nodes.clock import steady_clock
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.run import run
+from bpc_perception.messages import topics
+from bpc_perception.messages.flange_poses import FlangePoses
+from bpc_perception.recording.bag_writer import BagWriter
+from bpc_perception.runtime.clock import steady_clock
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.exit_status import REFUSED
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.run import run
 
 FLUSH_PERIOD = 0.1  # what a killed recorder loses, and what it had not yet taken in [s]
 PLACE_PERIOD = 1.0  # in which is looked whether the recording is still where it was begun [s]

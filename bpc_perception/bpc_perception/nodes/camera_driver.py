@@ -9,17 +9,17 @@ from typing import Any
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
-from bpc_perception import topics
-from bpc_perception.conversions import capture_to_messages, snr_to_message
-from bpc_perception.core.capture import Capture
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.capture.region import crop
 from bpc_perception.core.config import CameraConfig
-from bpc_perception.core.region import crop
 from bpc_perception.drivers import Camera, CameraError, prepare_camera, WARN
-from bpc_perception.nodes.clock import steady_clock
-from bpc_perception.nodes.managed_node import ACTIVE, ManagedNode
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.process import be_a_good_neighbour
-from bpc_perception.nodes.run import run
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages, snr_to_message
+from bpc_perception.runtime.clock import steady_clock
+from bpc_perception.runtime.managed_node import ACTIVE, ManagedNode
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.run import run
 
 POLL_PERIOD = 0.02  # how late a recorded capture may come [s]
 TURN = 0.5  # how long those who listen to the topics wait for the measurement at most [s]

@@ -8,8 +8,8 @@ from __future__ import annotations
 from rclpy.node import Node
 
 from bpc_perception.nodes.camera_driver import CameraDriverNode
-from bpc_perception.nodes.run import run
 from bpc_perception.nodes.thickness import ThicknessNode
+from bpc_perception.runtime.run import run
 
 
 def composed() -> tuple[Node, Node]:

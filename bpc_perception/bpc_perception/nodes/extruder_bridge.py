@@ -11,29 +11,19 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
 from bpc_interfaces.msg import ExtrusionState
-from bpc_perception import topics
-from bpc_perception.conversions import (
-    ConversionError,
-    extruder_to_message,
-    joint_motion,
-    stamp_to_ns,
-)
-from bpc_perception.core.back_off import BackOff
-from bpc_perception.core.clock_offset import ClockOffset
 from bpc_perception.core.config import ExtruderConfig
-from bpc_perception.core.extruder import (
-    error_names,
-    ExtruderError,
-    OPERATION_STATES,
-    Plunger,
-    PlungerMotion,
-    TicState,
-)
+from bpc_perception.core.extruder.plunger import Plunger, PlungerMotion
+from bpc_perception.core.extruder.tic import error_names, ExtruderError, OPERATION_STATES, TicState
+from bpc_perception.core.robot.clock_offset import ClockOffset
+from bpc_perception.core.watch.back_off import BackOff
 from bpc_perception.drivers.extruder import Extruder, open_extruder
-from bpc_perception.nodes.clock import steady_clock
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.run import run
+from bpc_perception.messages import topics
+from bpc_perception.messages.extruder import extruder_to_message, joint_motion
+from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
+from bpc_perception.runtime.clock import steady_clock
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.run import run
 
 
 class ExtruderBridgeNode(Node):

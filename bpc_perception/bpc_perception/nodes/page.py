@@ -19,24 +19,21 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
-from bpc_perception import topics
-from bpc_perception.conversions import (
-    advice_from_message,
-    ConversionError,
-    image_to_rgb,
-    profile_from_message,
-    stamp_to_ns,
-)
 from bpc_perception.core.config import PageConfig
-from bpc_perception.nodes.clock import on_jump_back, steady_clock
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.goal_client import GoalClient
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.process import be_a_good_neighbour
-from bpc_perception.nodes.run import run
+from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_from_message
+from bpc_perception.messages.capture import image_to_rgb
+from bpc_perception.messages.profile import profile_from_message
+from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
+from bpc_perception.nodes.parts.goal_client import GoalClient
 from bpc_perception.page import TOKEN_VARIABLE
 from bpc_perception.page.board import Board, Goal, Level, overlay_of
 from bpc_perception.page.server import PageServer
+from bpc_perception.runtime.clock import on_jump_back, steady_clock
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.run import run
 
 SERVICES = {'capture': 'capture', 'start': 'path_recorder/start', 'stop': 'path_recorder/stop',
             'save': 'path_recorder/save'}

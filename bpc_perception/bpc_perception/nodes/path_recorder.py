@@ -10,24 +10,23 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState
-from bpc_perception import topics
-from bpc_perception.conversions import (
-    ConversionError,
-    extruder_from_message,
-    path_to_message,
-)
+from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import RecorderConfig
-from bpc_perception.core.geometry import Array, transform
-from bpc_perception.core.path_assembly import JumpError, PrintTracker
-from bpc_perception.nodes.clock import expect_not_ahead, on_jump_back, steady_clock
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.path_publisher import PathPublisher
-from bpc_perception.nodes.pose_source import subscribe_poses
-from bpc_perception.nodes.process import be_a_good_neighbour
-from bpc_perception.nodes.run import run
-from bpc_perception.path_journal import OtherSettingsError, PathJournal
-from bpc_perception.whole import inside, whole_bag
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.path.tracker import JumpError, PrintTracker
+from bpc_perception.messages import topics
+from bpc_perception.messages.extruder import extruder_from_message
+from bpc_perception.messages.path import path_to_message
+from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.nodes.parts.path_publisher import PathPublisher
+from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.recording.atomic import inside, whole_bag
+from bpc_perception.recording.path_journal import OtherSettingsError, PathJournal
+from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.run import run
 
 
 class PathRecorderNode(Node):

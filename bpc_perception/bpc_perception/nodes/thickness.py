@@ -11,27 +11,25 @@ from typing import Any
 from rclpy.node import Node
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
-from bpc_perception import topics
-from bpc_perception.capture_pairing import CapturePairer
-from bpc_perception.conversions import (
-    advice_to_message,
-    ConversionError,
-    profile_to_message,
-)
-from bpc_perception.core.capture import Capture
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.geometry import Array
-from bpc_perception.core.path import DepositionPath
+from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.session import Session
-from bpc_perception.handeye import load_hand_eye
-from bpc_perception.nodes.clock import expect_not_ahead, on_jump_back, steady_clock
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.path_follower import PathFollower
-from bpc_perception.nodes.pose_source import subscribe_poses
-from bpc_perception.nodes.process import be_a_good_neighbour
-from bpc_perception.nodes.run import run
-from bpc_perception.nodes.views import Views
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_to_message
+from bpc_perception.messages.capture_pairing import CapturePairer
+from bpc_perception.messages.profile import profile_to_message
+from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.nodes.parts.path_follower import PathFollower
+from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.nodes.parts.views import Views
+from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.run import run
 
 CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
 

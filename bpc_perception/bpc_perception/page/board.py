@@ -16,10 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.advice import RateAdvice
+from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import ThicknessProfile
-from bpc_perception.core.targets import WidthTargets
-from bpc_perception.legend import ALARMS, REASONS
+from bpc_perception.display.wording import ALARMS, REASONS
 
 WIDEST = 1600  # overlay [pixels]; larger ones are made smaller
 QUALITY = 85  # of its JPEG, up to 100

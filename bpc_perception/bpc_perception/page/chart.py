@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from bpc_perception.core.geometry import Array
+from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status
-from bpc_perception.legend import COLOURS, rgb
+from bpc_perception.display.legend import COLOURS, rgb
 from bpc_perception.page.board import Goal
 from bpc_perception.page.curve import Curve, Stretch
 

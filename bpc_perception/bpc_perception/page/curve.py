@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bpc_perception.core.geometry import Array
+from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
 
 POINTS, STRETCHES = 1200, 150  # drawn at most

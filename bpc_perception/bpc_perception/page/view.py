@@ -8,9 +8,10 @@ import math
 from nicegui import ui
 import numpy as np
 
+from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.targets import WidthTargets
-from bpc_perception.legend import COLOURS, label, MEANINGS
+from bpc_perception.display.legend import COLOURS
+from bpc_perception.display.wording import label, MEANINGS
 from bpc_perception.page import chart, elements
 from bpc_perception.page.board import Board, Goal, Level
 from bpc_perception.page.curve import stretches, thinned

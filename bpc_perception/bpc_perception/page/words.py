@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
-from bpc_perception.core.advice import RateAdvice, Reason
-from bpc_perception.legend import ALARMS, REASONS
+from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
+from bpc_perception.display.wording import ALARMS, REASONS
 
 MM = 1e3
 

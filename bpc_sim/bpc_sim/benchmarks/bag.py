@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from bpc_perception.cli.inputs import Inputs
-from bpc_perception.offline import measure_bag
-from bpc_perception.recording import find_topics
 import numpy as np
 
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.recording.contents import find_topics
+from bpc_perception.recording.inputs import Inputs
+from bpc_perception.recording.offline import measure_bag
 from bpc_sim.benchmarks.timing import interleaved, silent, Told
 
 Row = dict[str, object]

@@ -10,25 +10,25 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
-from bpc_perception.core.capture import Capture
-from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.geometry import Array
-from bpc_perception.core.incremental import PrintMemory
-from bpc_perception.core.measurement import measure
-from bpc_perception.core.path import DepositionPath
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.measurement.incremental import PrintMemory
+from bpc_perception.core.measurement.measure import measure
+from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_sim.benchmarks.timing import interleaved, ROUNDS, silent, Told
 from bpc_sim.benchmarks.transcription import transcribed
-from bpc_sim.curves import archimedean, meander
-from bpc_sim.deposit import constant_width, Deposit
-from bpc_sim.imaging import expose, Imaging, mix
-from bpc_sim.paper_cases import planar_capture
-from bpc_sim.raster import coverage
+from bpc_sim.ink.curves import archimedean, meander
+from bpc_sim.ink.deposit import constant_width, Deposit
+from bpc_sim.scene.imaging import expose, Imaging, mix
+from bpc_sim.scene.planar import planar_capture
+from bpc_sim.scene.raster import coverage
+from bpc_sim.stress.truth import SPEED, STAMP_NS, StressScene
 from bpc_sim.studies.peer_methods import half_level, picture_of
-from bpc_sim.truth import SPEED, STAMP_NS, StressScene
 
 Row = dict[str, object]
 

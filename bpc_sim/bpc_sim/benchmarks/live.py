@@ -13,19 +13,20 @@ from itertools import pairwise
 import sys
 from typing import Any
 
-from bpc_perception.conversions import capture_from_messages, capture_to_messages, stamp_to_ns
-from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.measurement import measure
-from bpc_perception.core.path import DepositionPath
-from bpc_perception.nodes.thickness import SKIPPED
 import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.measurement.measure import measure
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.messages.capture import capture_from_messages, capture_to_messages
+from bpc_perception.messages.stamps import stamp_to_ns
+from bpc_perception.nodes.thickness import SKIPPED
 from bpc_sim.benchmarks.printer import memory_mb, Printer, printing, START_DELAY
 from bpc_sim.benchmarks.timing import clock, silent, Told
 from bpc_sim.config import SimConfig
-from bpc_sim.sample import CAMERA_LATENCY_NS
+from bpc_sim.printer.recording import CAMERA_LATENCY_NS
 
 CAPTURE_RATE, POSE_RATE = 5.0, 500.0  # [Hz]
 SMALL_RATE = 30.0  # of captures of 304 x 228 pixels, for memory [Hz]

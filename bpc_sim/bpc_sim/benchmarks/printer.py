@@ -11,16 +11,16 @@ import tempfile
 import time
 from typing import Any
 
-from bpc_perception.cli.processes import Nodes
-from bpc_perception.testing import free_domain, Graph
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 import yaml
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.isolated_graph import free_domain, Graph
 from bpc_sim.config import SimConfig
-from bpc_sim.sample import hand_eye, parameters
+from bpc_sim.printer.recording import hand_eye, parameters
 
 TARGET = 2e-3  # [m]
 START_DELAY = 12.0  # in which all nodes start and a full capture is rendered [s]

@@ -5,18 +5,19 @@ from __future__ import annotations
 import sys
 import time
 
-from bpc_perception.conversions import ns_to_stamp, path_from_message
 import numpy as np
 from rclpy.publisher import Publisher
 
 from bpc_interfaces.msg import DepositionPath
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.messages.path import path_from_message
+from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_sim.benchmarks.live import CAPTURE_RATE, FULL
 from bpc_sim.benchmarks.printer import cpu_time, memory_mb, Printer, printing, START_DELAY
 from bpc_sim.benchmarks.timing import clock, silent, Told
 from bpc_sim.config import SimConfig
-from bpc_sim.messages import extruder_message, EXTRUDER_RATE, robot_message
-from bpc_sim.print_job import PrintJob
+from bpc_sim.printer.messages import extruder_message, EXTRUDER_RATE, robot_message
+from bpc_sim.printer.print_job import PrintJob
 
 POSE_RATE = 1000  # [Hz]
 BEFORE = 1.0  # of poses, before what is timed [s]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
-from bpc_perception.core.capture import Capture
-from bpc_perception.core.config import SegmentationConfig
-from bpc_perception.core.geometry import Array, transform
-from bpc_perception.core.path import DepositionPath
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.config import SegmentationConfig
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.path.deposition_path import DepositionPath
 
 Contour = NDArray[np.int32]
 Point = tuple[float, float, float]

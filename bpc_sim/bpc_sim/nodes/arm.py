@@ -6,20 +6,21 @@ from array import array
 from contextlib import suppress
 from typing import Any
 
-from bpc_perception.bag import BagError, message_type
-from bpc_perception.conversions import ns_to_stamp
-from bpc_perception.core.kinematics import JOINTS
-from bpc_perception.flange_poses import LBR_STATE_TYPE
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.run import run
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 
-from bpc_perception import topics
-from bpc_sim.arm import Arm
+from bpc_perception.core.robot.kinematics import JOINTS
+from bpc_perception.messages import topics
+from bpc_perception.messages.flange_poses import LBR_STATE_TYPE
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.messages.types import message_type
+from bpc_perception.recording.bag import BagError
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.run import run
 from bpc_sim.config import SimConfig
 from bpc_sim.nodes.steady_rate import SteadyRate
+from bpc_sim.printer.arm import Arm
 
 # The controller's clock is that of the cabinet, which nobody has set.
 CONTROLLER_BEHIND_NS = 4321 * 10**9

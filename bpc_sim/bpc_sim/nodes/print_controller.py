@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from bpc_perception.conversions import advice_from_message, ConversionError
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.run import run
 from rclpy.node import Node
 from std_msgs.msg import Float64
 
 from bpc_interfaces.msg import RateAdvice
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_from_message
+from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.run import run
+from bpc_sim.closed_loop.rate_control import AdviceFollower, FLOW_SCALE, SPEED_SCALE
 from bpc_sim.config import ControllerConfig
-from bpc_sim.rate_control import AdviceFollower, FLOW_SCALE, SPEED_SCALE
 
 COMMAND_RATE = 20.0  # [Hz]
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bpc_perception.conversions import ns_to_stamp
-from bpc_perception.nodes.diagnostics import Diagnostics
-from bpc_perception.nodes.parameters import NodeConfig
-from bpc_perception.nodes.run import run
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from std_msgs.msg import Float64, Header
 
 from bpc_interfaces.msg import ExtrusionState
-from bpc_perception import topics
-from bpc_sim.closed_loop import PLUNGER_AREA
-from bpc_sim.closed_loop_job import ClosedLoopJob
+from bpc_perception.messages import topics
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.run import run
+from bpc_sim.closed_loop.job import ClosedLoopJob
+from bpc_sim.closed_loop.loop import PLUNGER_AREA
+from bpc_sim.closed_loop.rate_control import FLOW_SCALE, SPEED_SCALE
 from bpc_sim.config import SimConfig
-from bpc_sim.messages import robot_message
-from bpc_sim.rate_control import FLOW_SCALE, SPEED_SCALE
+from bpc_sim.printer.messages import robot_message
 
 POSES_PER_STATE = 2  # of the extruder
 ERROR = 1 << 4  # Tic: kill switch active

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from bpc_perception.nodes.run import run
-
-from bpc_perception import topics
-from bpc_sim.messages import robot_message
+from bpc_perception.messages import topics
+from bpc_perception.runtime.run import run
 from bpc_sim.nodes.synthetic import SyntheticNode
+from bpc_sim.printer.messages import robot_message
 
 
 class SyntheticRobotNode(SyntheticNode):

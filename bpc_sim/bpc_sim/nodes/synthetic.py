@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bpc_perception.nodes.parameters import NodeConfig
 from rclpy.node import Node
 
-from bpc_perception import topics
+from bpc_perception.messages import topics
+from bpc_perception.runtime.parameters import NodeConfig
 from bpc_sim.config import SimConfig
 from bpc_sim.nodes.steady_rate import SteadyRate
-from bpc_sim.print_job import PrintJob
+from bpc_sim.printer.print_job import PrintJob
 
 
 class SyntheticNode(Node):

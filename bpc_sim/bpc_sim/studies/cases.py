@@ -5,22 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.measurement import measure
-from bpc_perception.core.path import DepositionPath
-from bpc_perception.core.profile import ThicknessProfile
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_sim.imaging import Imaging
-from bpc_sim.paper_cases import (
-    area_raster,
-    IDEAL,
-    PaperCase,
-    planar_capture,
-    polygon_raster,
-)
-from bpc_sim.truth import SPEED, STAMP_NS
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.measurement.measure import measure
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.profile import ThicknessProfile
+from bpc_sim.scene.imaging import Imaging
+from bpc_sim.scene.planar import planar_capture
+from bpc_sim.stress.truth import SPEED, STAMP_NS
+from bpc_sim.studies.paper_cases import area_raster, IDEAL, PaperCase, polygon_raster
 
 Image = NDArray[np.uint8]
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bpc_perception.core.geometry import Array
 import numpy as np
 
-from bpc_sim.closed_loop import ClosedLoop, Situation, SPACING, Trace
-from bpc_sim.rate_control import (
+from bpc_perception.core.arrays import Array
+from bpc_sim.closed_loop.loop import ClosedLoop, Situation, SPACING, Trace
+from bpc_sim.closed_loop.rate_control import (
     AdviceFollower,
     Controller,
     MassBalance,
     NoFeedback,
     ProportionalIntegral,
 )
-from bpc_sim.situations import situation, SITUATIONS
+from bpc_sim.closed_loop.situations import situation, SITUATIONS
 from bpc_sim.studies.study import Row, Study
 
 SETTLING = 0.025  # of path, after which the deviation counts as settled [m]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from bpc_sim.situations import situation, SITUATIONS
+from bpc_sim.closed_loop.situations import situation, SITUATIONS
 from bpc_sim.studies.closedloop import run
 
 COLOURS = {'none': '#999999', 'mass_balance': '#d9822b', 'pi': '#7a4fb5', 'advice': '#1f5fbf'}

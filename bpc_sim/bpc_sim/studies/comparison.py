@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
-from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.geometry import Array
-from bpc_perception.core.measurement import measure, MeasurementError
-from bpc_perception.core.profile import Status, ThicknessProfile
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_sim.truth import Categories, StressScene, Truth
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.measurement.measure import measure, MeasurementError
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_sim.stress.truth import Categories, StressScene, Truth
 
 OFF = (0.3e-3, 0.2)  # an error beyond the larger of these, [m] and of the width, is wrong
 Mask = NDArray[np.bool_]

@@ -14,14 +14,15 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any
 
-from bpc_perception.core.geometry import Array, invert, transform
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
-from bpc_sim.truth import StressScene
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.geometry import invert, transform
+from bpc_sim.stress.truth import StressScene
 
 REACH = 4e-3  # from the path to the farthest edge, as in our own method [m]
 STEP = 0.25  # along a cut [pixels]

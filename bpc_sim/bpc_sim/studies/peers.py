@@ -7,17 +7,18 @@ from dataclasses import dataclass, replace
 from functools import partial
 import time
 
-from bpc_perception.core.geometry import Array
-from bpc_perception.core.profile import Status
 import numpy as np
 
-from bpc_sim.paper_cases import paper_cases, planar_capture
-from bpc_sim.stress import PLANAR
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.profile import Status
+from bpc_sim.scene.planar import planar_capture
+from bpc_sim.stress.scenes import PLANAR
+from bpc_sim.stress.truth import judge, STAMP_NS, StressScene
 from bpc_sim.studies.cases import DRAWINGS
 from bpc_sim.studies.comparison import compare, Comparison, together
+from bpc_sim.studies.paper_cases import paper_cases
 from bpc_sim.studies.peer_methods import optional, PEERS, Picture, picture_of
 from bpc_sim.studies.study import METHODS, Row, Study
-from bpc_sim.truth import judge, STAMP_NS, StressScene
 
 REPEATS = 3
 CASE = 3  # of the paper's table

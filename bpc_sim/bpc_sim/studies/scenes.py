@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bpc_perception.core.geometry import Array
 import numpy as np
 
-from bpc_sim.stress import STRESS
+from bpc_perception.core.arrays import Array
+from bpc_sim.stress.scenes import STRESS
 from bpc_sim.studies.comparison import compare, Comparison, together
 from bpc_sim.studies.study import METHODS, Row, Study
 

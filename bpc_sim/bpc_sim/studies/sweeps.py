@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bpc_perception.core.config import ThicknessConfig
 import numpy as np
 
-from bpc_sim.paper_cases import make_case
+from bpc_perception.core.config import ThicknessConfig
 from bpc_sim.studies.cases import DRAWINGS, measure_case
 from bpc_sim.studies.comparison import compare_profile, Comparison, together
+from bpc_sim.studies.paper_cases import make_case
 from bpc_sim.studies.study import METHODS, Row, Study
 
 GAPS = 10

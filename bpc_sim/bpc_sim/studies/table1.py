@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bpc_perception.core.config import ThicknessConfig
 import numpy as np
 
-from bpc_sim.paper_cases import paper_cases, PaperCase
+from bpc_perception.core.config import ThicknessConfig
 from bpc_sim.studies.cases import DRAWINGS, measure_case
 from bpc_sim.studies.comparison import compare_profile, Comparison, together
+from bpc_sim.studies.paper_cases import paper_cases, PaperCase
 from bpc_sim.studies.study import METHODS, Row, Study
 
 

@@ -1,0 +1,1 @@
+"""From measured thickness to rate advice."""

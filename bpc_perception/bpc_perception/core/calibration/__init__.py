@@ -1,0 +1,1 @@
+"""The nozzle offset and the hand-eye calibration, found and checked."""

@@ -1,0 +1,1 @@
+"""From a capture and the path to thickness."""

@@ -1,0 +1,1 @@
+"""The default method: the image read across the path."""

@@ -1,0 +1,1 @@
+"""The path of a print: where and when the nozzle passed, and what the extruder did."""

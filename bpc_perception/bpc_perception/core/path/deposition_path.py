@@ -1,0 +1,61 @@
+"""The path of a print: where and when the nozzle passed, and what the extruder did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bpc_perception.core.arrays import Array
+
+
+@dataclass(frozen=True)
+class DepositionPath:
+    """Path points evenly spaced by arc length; arrays of N points.
+
+    Attributes:
+        print_id: identifier of the print; empty = none.
+        start_ns: zero of ``time`` [ns].
+        complete_until: every point up to this time is there [s after start_ns].
+        finished: whether the print was stopped.
+        time: (N,) when the nozzle passed [s after start_ns], strictly increasing.
+        arc_length: (N,) [m].
+        points: (N, 3) nozzle tip in the robot base frame [m].
+        plunger_velocity: (N,) [m/s]; NaN = unknown.
+        flow_rate: (N,) [m^3/s]; NaN = unknown.
+        extruding: (N,) whether ink was being pushed out; False where unknown.
+    """
+
+    print_id: str
+    start_ns: int
+    complete_until: float
+    finished: bool
+    time: Array
+    arc_length: Array
+    points: Array
+    plunger_velocity: Array
+    flow_rate: Array
+    extruding: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def covers(self, stamp_ns: int) -> bool:
+        """Whether every point the nozzle passed up to this time is known."""
+        return self.finished or self.complete_until >= (stamp_ns - self.start_ns) * 1e-9
+
+    def until(self, stamp_ns: int) -> DepositionPath:
+        """The part that the nozzle had passed at this time."""
+        return self.where(self.time <= (stamp_ns - self.start_ns) * 1e-9)
+
+    def every(self, step: int) -> DepositionPath:
+        """Only every so manieth point."""
+        return self.where(np.arange(len(self)) % step == 0)
+
+    def where(self, kept: NDArray[np.bool_]) -> DepositionPath:
+        """The path without the points at which ``kept`` (N,) is False."""
+        return replace(
+            self, time=self.time[kept], arc_length=self.arc_length[kept],
+            points=self.points[kept], plunger_velocity=self.plunger_velocity[kept],
+            flow_rate=self.flow_rate[kept], extruding=self.extruding[kept])

@@ -1,0 +1,90 @@
+"""A path that grows at its end, at a cost that does not depend on its length."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.path.deposition_path import DepositionPath
+
+
+class GrowingPath:
+    """The points of one print, numbered from its first.
+
+    Of more than ``MAXIMUM`` points (200 m of the default spacing) the older half is forgotten, so
+    that no print fills the memory. Paths given out stay as they are.
+    """
+
+    MAXIMUM = 1_000_000
+
+    def __init__(self, print_id: str, start_ns: int, oldest: int = 0) -> None:
+        self.print_id = print_id
+        self.start_ns = start_ns
+        self.complete_until = -np.inf
+        self.finished = False
+        self._forgotten = oldest
+        self._count = 0  # of those kept
+        # Time, arc length, points, plunger velocity, flow rate, extruding; with room at the end.
+        self._arrays: tuple[NDArray[Any], ...] = (
+            np.empty(0), np.empty(0), np.empty((0, 3)), np.empty(0), np.empty(0),
+            np.empty(0, bool))
+
+    def __len__(self) -> int:
+        return self._forgotten + self._count
+
+    @property
+    def oldest(self) -> int:
+        """Number of the first point that is not forgotten."""
+        return self._forgotten
+
+    def last(self) -> Array:
+        """Time, arc length and position of the last point (5,)."""
+        time, arc, points = (array[self._count - 1] for array in self._arrays[:3])
+        return np.array((time, arc, *points))
+
+    def append(self, time: Array, arc_length: Array, points: Array, plunger_velocity: Array,
+               flow_rate: Array, extruding: NDArray[np.bool_]) -> None:
+        """Add points (N, 3) with what is known of each (N,); see DepositionPath."""
+        new = (time, arc_length, points, plunger_velocity, flow_rate, extruding)
+        self._make_room(len(time))
+        end = self._count + len(time)
+        for array, values in zip(self._arrays, new, strict=True):
+            array[self._count:end] = values
+        self._count = end
+
+    def extend(self, first: int, path: DepositionPath) -> bool:
+        """Take a later part of this print, from point ``first`` on; False if it does not fit."""
+        known = len(self) - first
+        if path.print_id != self.print_id or path.start_ns != self.start_ns or known < 0:
+            return False
+        if path.complete_until >= self.complete_until:
+            self.append(path.time[known:], path.arc_length[known:], path.points[known:],
+                        path.plunger_velocity[known:], path.flow_rate[known:],
+                        path.extruding[known:])
+            self.complete_until, self.finished = path.complete_until, path.finished
+        return True
+
+    def path(self, first: int = 0) -> DepositionPath:
+        """The path from point ``first`` on, as far as it is kept; views, not copies."""
+        kept = slice(max(first - self._forgotten, 0), self._count)
+        time, arc, points, velocity, flow, extruding = (array[kept] for array in self._arrays)
+        return DepositionPath(
+            print_id=self.print_id, start_ns=self.start_ns, complete_until=self.complete_until,
+            finished=self.finished, time=time, arc_length=arc, points=points,
+            plunger_velocity=velocity, flow_rate=flow, extruding=extruding)
+
+    def _make_room(self, more: int) -> None:
+        if self._count + more <= len(self._arrays[0]):
+            return
+        forget = self._count // 2 if self._count + more > self.MAXIMUM else 0
+        kept = self._count - forget
+        # Twice as much: what is copied on the whole stays in proportion to what is appended.
+        room = max(more, min(max(kept + more, 1024), self.MAXIMUM - kept))
+        self._arrays = tuple(
+            np.concatenate((array[forget:self._count],
+                            np.empty((room, *array.shape[1:]), array.dtype)))
+            for array in self._arrays)
+        self._forgotten, self._count = self._forgotten + forget, kept

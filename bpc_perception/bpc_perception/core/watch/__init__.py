@@ -1,0 +1,1 @@
+"""Whether inputs go on, and when to look for a device again."""

@@ -1,0 +1,188 @@
+"""Hand-eye calibration files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+import yaml
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.robot.poses import pose_matrix
+from bpc_perception.files.yaml_file import FileError, read_yaml
+
+MOUNTS = {'eye_on_base': True, 'eye_in_hand': False}
+UNITS = {'m': 1.0, 'mm': 1e-3}  # [m]
+# Beyond the reach of the robot and its camera; as a rule millimetres taken for metres [m].
+FARTHEST = 5.0
+RIGID = 1e-4  # a matrix stored in single precision is a rotation to this
+
+
+class HandEyeError(ValueError):
+    """A calibration file is not what was expected; the message names both."""
+
+
+def load_hand_eye(path: str | Path) -> HandEye:
+    """Read a hand-eye calibration: the pose of the camera's optical frame in its parent frame.
+
+    The parent is the robot base (``eye_on_base``) or the flange (``eye_in_hand``). The file is
+    YAML of one of four forms, told apart by their keys:
+
+    - ``transform``: easy_handeye2, metres, the mount in ``parameters.calibration_type``;
+    - ``transformation``: easy_handeye of ROS 1, metres, the mount in ``parameters.eye_on_hand``;
+    - ``Data``, by itself or one level down: a 4x4 matrix, as the Zivid SDK saves it;
+    - ``xyz`` and ``quaternion``: lists, the quaternion as x, y, z, w.
+
+    The last two say neither mount nor unit, so the keys ``calibration_type`` and ``unit``
+    (``mm`` or ``m``) have to be added at the top level: neither is guessed.
+    """
+    if not str(path):
+        raise HandEyeError('hand-eye calibration: expected a file, found none given')
+    path = Path(path)
+    content = _read(path)
+    form = next((key for key in FORMS if key in content), None) or (
+        'Data' if _find_matrix(content) is not None else None)
+    if form is None:
+        raise HandEyeError(f'{path}: expected a calibration with one of the keys '
+                           f'{", ".join(FORMS)}, found {", ".join(map(str, content)) or "none"}')
+    try:
+        hand_eye = FORMS[form](content)
+    except HandEyeError as error:
+        raise HandEyeError(f'{path}: {error}') from None
+    distance = float(np.linalg.norm(hand_eye.T_parent_camera[:3, 3]))
+    if distance > FARTHEST:
+        raise HandEyeError(f'{path}: expected a camera within {FARTHEST:g} m of its parent frame, '
+                           f'found {distance:g} m; is it in millimetres?')
+    return hand_eye
+
+
+def save_hand_eye(path: str | Path, hand_eye: HandEye, name: str, base_frame: str,
+                  flange_frame: str, camera_frame: str) -> None:
+    """Write a calibration as easy_handeye2 does, whole or not at all."""
+    path = Path(path)
+    mount = next(key for key, on_base in MOUNTS.items() if on_base == hand_eye.on_base)
+    rotation = Rotation.from_matrix(hand_eye.T_parent_camera[:3, :3]).as_quat()
+    content = {
+        'parameters': {
+            'name': name, 'calibration_type': mount, 'robot_base_frame': base_frame,
+            'robot_effector_frame': flange_frame, 'tracking_base_frame': camera_frame,
+            'tracking_marker_frame': 'board', 'freehand_robot_movement': True,
+            'move_group_namespace': '/', 'move_group': ''},
+        'transform': {
+            'translation': _axes('xyz', hand_eye.T_parent_camera[:3, 3]),
+            'rotation': _axes('xyzw', rotation)}}
+    temporary = path.with_name(path.name + '.tmp')
+    temporary.write_text(yaml.safe_dump(content, sort_keys=False), encoding='utf-8')
+    temporary.replace(path)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        content = read_yaml(path)
+    except FileError as error:
+        raise HandEyeError(f'{path}: {error}') from error
+    if not isinstance(content, dict):
+        raise HandEyeError(f'{path}: expected a calibration with one of the keys '
+                           f'{", ".join(FORMS)}, found {type(content).__name__}')
+    return content
+
+
+def _easy_handeye2(content: dict[str, Any]) -> HandEye:
+    on_base = _mount(_entry(content, 'parameters', 'calibration_type'))
+    return HandEye(on_base, _pose(_numbers(_entry(content, 'transform', 'translation'), 'xyz'),
+                                  _numbers(_entry(content, 'transform', 'rotation'), 'xyzw')))
+
+
+def _easy_handeye(content: dict[str, Any]) -> HandEye:
+    in_hand = _entry(content, 'parameters', 'eye_on_hand')
+    if not isinstance(in_hand, bool):
+        raise HandEyeError(f'expected eye_on_hand true or false, found {in_hand!r}')
+    numbers = _numbers(content['transformation'], ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'))
+    return HandEye(not in_hand, _pose(numbers[:3], numbers[3:]))
+
+
+def _matrix(content: dict[str, Any]) -> HandEye:
+    try:
+        T_parent_camera = np.array(_find_matrix(content), np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise HandEyeError(f'expected Data with 4 x 4 numbers, found: {error}') from error
+    if T_parent_camera.shape != (4, 4) or not np.isfinite(T_parent_camera).all():
+        raise HandEyeError('expected Data with 4 x 4 finite numbers, found '
+                           f'{" x ".join(map(str, T_parent_camera.shape))}')
+    R = T_parent_camera[:3, :3]
+    excess = float(np.abs(R @ R.T - np.eye(3)).max())
+    if excess > RIGID or np.linalg.det(R) < 0:
+        raise HandEyeError('expected a rotation in Data, found a matrix that '
+                           + (f'is none by {excess:.2g}' if excess > RIGID else 'mirrors'))
+    if not np.allclose(T_parent_camera[3], (0, 0, 0, 1)):
+        raise HandEyeError(f'expected Data to end with 0 0 0 1, found {T_parent_camera[3]}')
+    T_parent_camera[:3, :3] = Rotation.from_matrix(R).as_matrix()
+    T_parent_camera[:3, 3] *= _unit(content)
+    return HandEye(_mount(content.get('calibration_type')), T_parent_camera)
+
+
+def _plain(content: dict[str, Any]) -> HandEye:
+    numbers = []
+    for key, length in (('xyz', 3), ('quaternion', 4)):
+        values = content.get(key)
+        if not isinstance(values, list) or len(values) != length:
+            raise HandEyeError(f'expected {key} as a list of {length} numbers, found {values!r}')
+        numbers.append(_numbers(dict(enumerate(values)), range(length)))
+    return HandEye(_mount(content.get('calibration_type')),
+                   _pose(_unit(content) * numbers[0], numbers[1]))
+
+
+FORMS: dict[str, Callable[[dict[str, Any]], HandEye]] = {
+    'transform': _easy_handeye2, 'transformation': _easy_handeye, 'Data': _matrix, 'xyz': _plain}
+
+
+def _find_matrix(content: dict[str, Any]) -> Any:
+    """The value of ``Data``, which the SDK puts below a key that names the type."""
+    inner = [value['Data'] for value in content.values()
+             if isinstance(value, dict) and 'Data' in value]
+    return content.get('Data', inner[0] if len(inner) == 1 else None)
+
+
+def _mount(name: Any) -> bool:
+    if not isinstance(name, str) or name not in MOUNTS:
+        raise HandEyeError(f'expected calibration_type {" or ".join(MOUNTS)}, found '
+                           + ('none' if name is None else repr(name)))
+    return MOUNTS[name]
+
+
+def _unit(content: dict[str, Any]) -> float:
+    unit = content.get('unit')
+    if not isinstance(unit, str) or unit not in UNITS:
+        raise HandEyeError(f'expected unit {" or ".join(UNITS)}, found '
+                           + ('none' if unit is None else repr(unit)))
+    return UNITS[unit]
+
+
+def _entry(content: dict[str, Any], group: str, key: str) -> Any:
+    try:
+        return content[group][key]
+    except (KeyError, TypeError):
+        raise HandEyeError(f'expected a calibration with {group}.{key}, found none') from None
+
+
+def _numbers(values: Any, keys: Any) -> Array:
+    try:
+        return np.array([float(values[key]) for key in keys])
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise HandEyeError(f'expected numbers {", ".join(map(str, keys))}, '
+                           f'found: {error}') from error
+
+
+def _pose(translation: Array, quaternion: Array) -> Array:
+    try:
+        return pose_matrix(translation, quaternion)
+    except ValueError as error:
+        raise HandEyeError(str(error)) from error
+
+
+def _axes(names: str, values: Array) -> dict[str, float]:
+    return dict(zip(names, values.tolist(), strict=True))

@@ -1,0 +1,1 @@
+"""Between ROS messages and the core: the only place where messages meet arrays."""

@@ -1,0 +1,50 @@
+"""Rate advice from and to messages."""
+
+from __future__ import annotations
+
+import numpy as np
+from std_msgs.msg import Header
+
+from bpc_interfaces.msg import (
+    RateAdvice as RateAdviceMsg,
+)
+from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
+from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
+
+# What advice says beyond its factors, under the same names in both forms.
+ADVICE_DETAILS = ('reference_time', 'expected_thickness', 'delivery', 'delivery_sigma', 'lag',
+                  'lag_sigma', 'flow_rate', 'plunger_velocity', 'speed')
+
+
+def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:
+    """Advice as a message."""
+    return RateAdviceMsg(
+        header=Header(stamp=ns_to_stamp(advice.stamp_ns)), print_id=advice.print_id,
+        valid=advice.valid, reason=int(advice.reason), target_thickness=advice.target_thickness,
+        measured_thickness=advice.measured_thickness, window_start=advice.window[0],
+        window_end=advice.window[1], sample_count=advice.sample_count,
+        flow_rate_scale=advice.flow_rate_scale, speed_scale=advice.speed_scale,
+        confidence=advice.confidence, measurement_age=advice.measurement_age,
+        valid_until=ns_to_stamp(advice.valid_until_ns),
+        **{name: getattr(advice, name) for name in ADVICE_DETAILS})
+
+
+def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
+    """Advice from its message."""
+    if message.reason not in list(Reason):
+        raise ConversionError(f'rate_advice: expected a reason up to {max(Reason)}, '
+                              f'found {message.reason}')
+    for name in ('flow_rate_scale', 'speed_scale'):
+        if not 0 < getattr(message, name) < np.inf:
+            raise ConversionError(f'rate_advice: expected a {name} above 0, '
+                                  f'found {getattr(message, name)}')
+    return RateAdvice(
+        stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
+        valid=bool(message.valid), reason=Reason(message.reason),
+        target_thickness=message.target_thickness,
+        measured_thickness=message.measured_thickness,
+        window=(message.window_start, message.window_end), sample_count=message.sample_count,
+        flow_rate_scale=message.flow_rate_scale, speed_scale=message.speed_scale,
+        confidence=message.confidence, measurement_age=message.measurement_age,
+        valid_until_ns=stamp_to_ns(message.valid_until),
+        **{name: getattr(message, name) for name in ADVICE_DETAILS})

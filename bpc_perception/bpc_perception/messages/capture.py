@@ -1,0 +1,140 @@
+"""Captures from and to the messages of the vendor's camera node."""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import Header
+
+from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.messages.array_fields import set_data
+from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
+
+# Where red, green and blue lie in a pixel, and how many bytes it has.
+IMAGE_ENCODINGS = {'rgba8': (slice(0, 3), 4), 'rgb8': (slice(0, 3), 3),
+                   'bgr8': (slice(2, None, -1), 3), 'bgra8': (slice(2, None, -1), 4)}
+DISTORTION_MODELS = {'': (0,), 'plumb_bob': (0, 4, 5), 'rational_polynomial': (8,)}
+
+
+def image_to_rgb(message: Image) -> NDArray[np.uint8]:
+    """The image as a view RGB (H, W, 3), uint8."""
+    if message.encoding not in IMAGE_ENCODINGS:
+        raise ConversionError(f'image: expected encoding {", ".join(IMAGE_ENCODINGS)}, '
+                              f'found "{message.encoding}"')
+    channels, size = IMAGE_ENCODINGS[message.encoding]
+    _check_layout('image', message, message.step, message.width * size)
+    pixels: NDArray[np.uint8] = np.ndarray(
+        (message.height, message.width, size), np.uint8, message.data,
+        strides=(message.step, size, 1))
+    return pixels[..., channels]
+
+
+def cloud_to_xyz(message: PointCloud2) -> NDArray[np.float32]:
+    """The points of an organized cloud as a view (H, W, 3), float32 [m]; NaN = none."""
+    if message.height < 2:
+        raise ConversionError('cloud: expected an organized cloud, found '
+                              f'{message.width} x {message.height} points')
+    offsets = []
+    for name in ('x', 'y', 'z'):
+        found = [field for field in message.fields if field.name == name]
+        if not found or found[0].datatype != PointField.FLOAT32:
+            raise ConversionError(f'cloud: expected a FLOAT32 field {name}, found '
+                                  f'{[(field.name, field.datatype) for field in message.fields]}')
+        offsets.append(found[0].offset)
+    if max(offsets) + 4 > message.point_step:
+        raise ConversionError(f'cloud: expected fields within point_step {message.point_step}, '
+                              f'found offsets {offsets}')
+    _check_layout('cloud', message, message.row_step, message.width * message.point_step)
+    kind = np.dtype('>f4' if message.is_bigendian else '<f4')
+    axes: list[NDArray[np.float32]] = [
+        np.ndarray((message.height, message.width), kind, message.data, offset,
+                   (message.row_step, message.point_step)) for offset in offsets]
+    if offsets == [offsets[0], offsets[0] + 4, offsets[0] + 8] and not message.is_bigendian:
+        return np.ndarray((message.height, message.width, 3), kind, message.data, offsets[0],
+                          (message.row_step, message.point_step, 4))
+    return np.stack(axes, axis=2).astype(np.float32)
+
+
+def _check_layout(name: str, message: Any, step: int, least_step: int) -> None:
+    if message.width == 0 or message.height == 0:
+        raise ConversionError(f'{name}: expected pixels, found {message.width} x {message.height}')
+    if step < least_step:
+        raise ConversionError(f'{name}: expected rows of {least_step} bytes or more, found {step}')
+    needed = step * (message.height - 1) + least_step
+    if len(message.data) < needed:
+        raise ConversionError(f'{name}: expected {needed} bytes of data, '
+                              f'found {len(message.data)}')
+
+
+def camera_from_info(message: CameraInfo) -> PinholeCamera:
+    """The intrinsics of a calibrated camera."""
+    K = np.array(message.k, np.float64).reshape(3, 3)
+    if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
+        raise ConversionError(f'camera_info: expected a calibrated camera, found K {K.tolist()}')
+    distortion = np.array(message.d, np.float64)
+    lengths = DISTORTION_MODELS.get(message.distortion_model)
+    if lengths is None or len(distortion) not in lengths or not np.isfinite(distortion).all():
+        raise ConversionError('camera_info: expected plumb_bob with 5 or rational_polynomial '
+                              f'with 8 finite coefficients, found "{message.distortion_model}" '
+                              f'with {distortion.tolist()}')
+    return PinholeCamera(K, distortion, message.width, message.height)
+
+
+def capture_from_messages(image: Image, info: CameraInfo, cloud: PointCloud2) -> Capture:
+    """The capture that image, camera info and cloud of one header make up."""
+    stamps = [stamp_to_ns(message.header.stamp) for message in (image, info, cloud)]
+    if len(set(stamps)) > 1:
+        raise ConversionError('capture: expected one stamp for image, camera_info and cloud, '
+                              f'found {stamps}')
+    sizes = [(message.width, message.height) for message in (image, info, cloud)]
+    if len(set(sizes)) > 1:
+        raise ConversionError('capture: expected one size for image, camera_info and cloud, '
+                              f'found {", ".join(f"{w} x {h}" for w, h in sizes)}')
+    return Capture(stamps[0], cloud.header.frame_id, image_to_rgb(image), cloud_to_xyz(cloud),
+                   camera_from_info(info))
+
+
+def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud2]:
+    """A capture as the messages of the vendor's node: rgba8, 16 bytes a point.
+
+    The distortion is plumb_bob as there, unless it has the eight terms of rational_polynomial.
+    """
+    header = Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id)
+    height, width = capture.image.shape[:2]
+    pixels = np.ascontiguousarray(capture.image)
+    points = np.empty((height, width, 4), np.float32)
+    # The bytes of the uint32 field "rgba" are blue, green, red, alpha.
+    colours = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGRA).view(np.float32)
+    cv2.mixChannels([np.ascontiguousarray(capture.cloud), colours], [points],
+                    [0, 0, 1, 1, 2, 2, 3, 3])
+    K, camera = capture.camera.K, capture.camera
+    P = np.column_stack((K, np.zeros(3)))
+    model = 'rational_polynomial' if len(camera.distortion) == 8 else 'plumb_bob'
+    image = Image(header=header, height=height, width=width, encoding='rgba8', step=4 * width)
+    set_data(image, cv2.cvtColor(pixels, cv2.COLOR_RGB2RGBA))
+    info = CameraInfo(header=header, height=height, width=width, distortion_model=model,
+                      d=camera.distortion.tolist(), k=K.ravel(), r=np.eye(3).ravel(),
+                      p=P.ravel())
+    cloud = PointCloud2(
+        header=header, height=height, width=width, point_step=16, row_step=16 * width,
+        fields=[PointField(name=name, offset=4 * index, count=1, datatype=kind)
+                for index, (name, kind) in enumerate((
+                    ('x', PointField.FLOAT32), ('y', PointField.FLOAT32),
+                    ('z', PointField.FLOAT32), ('rgba', PointField.UINT32)))],
+        is_dense=False)
+    set_data(cloud, points)
+    return image, info, cloud
+
+
+def snr_to_message(capture: Capture) -> Image:
+    """The signal-to-noise ratio of a capture that has one, as the vendor's node sends it."""
+    assert capture.snr is not None
+    height, width = capture.snr.shape
+    return Image(header=Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id),
+                 height=height, width=width, encoding='32FC1', step=4 * width,
+                 data=array('B', capture.snr.astype('<f4').tobytes()))

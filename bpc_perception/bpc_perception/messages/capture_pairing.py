@@ -1,0 +1,47 @@
+"""Captures made of the camera's messages, which come one topic each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.capture.pairing import StampPairer
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_from_messages
+from bpc_perception.messages.stamps import stamp_to_ns
+
+
+class CapturePairer:
+    """Pairs image, camera info and cloud of one stamp."""
+
+    def __init__(self) -> None:
+        self._pairer: StampPairer[Any] = StampPairer(tuple(topics.CAMERA))
+
+    def add(self, name: str, message: Any, received_ns: int = 0) -> Capture | None:
+        """Take a message of a camera topic; the capture it completes, if it does.
+
+        Raises ConversionError when the messages do not make up a capture.
+        """
+        stamp_ns = stamp_to_ns(message.header.stamp)
+        parts = self._pairer.add(name, stamp_ns, message, received_ns)
+        if parts is None:
+            return None
+        return capture_from_messages(
+            parts[topics.IMAGE], parts[topics.CAMERA_INFO], parts[topics.CLOUD])
+
+    def overtaken(self, stamp_ns: int) -> int:
+        """Forget captures older than this of which only the camera info came; how many.
+
+        Queues hold many of these, but few images and clouds: those were pushed out by newer ones.
+        """
+        return self._pairer.overtaken(stamp_ns, topics.CAMERA_INFO)
+
+    def give_up(self, before_ns: int = 0) -> list[str]:
+        """Forget captures begun before this time and the oldest of many; what each lacks."""
+        return [f'capture: expected {", ".join(topics.CAMERA)} of one stamp, '
+                f'found no {" and no ".join(missing)}'
+                for missing in self._pairer.expired(before_ns)]
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._pairer.clear()

@@ -1,0 +1,50 @@
+"""The extruder's state from and to messages."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from bpc_interfaces.msg import (
+    ExtrusionState,
+)
+from bpc_perception.core.extruder.plunger import PlungerMotion
+from bpc_perception.core.extruder.sample import ExtruderSample
+from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
+
+
+def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
+    """The part of the extruder's state that the path carries.
+
+    What an extruder does that stopped with an error is not known.
+    """
+    if message.error_status:
+        return ExtruderSample(stamp_to_ns(message.header.stamp), False, math.nan, math.nan)
+    return ExtruderSample(stamp_to_ns(message.header.stamp), bool(message.extruding),
+                          message.plunger_velocity, message.flow_rate)
+
+
+def extruder_to_message(stamp_ns: int, motion: PlungerMotion,
+                        error_status: int = 0) -> ExtrusionState:
+    """The extruder's state as a message."""
+    return ExtrusionState(
+        header=Header(stamp=ns_to_stamp(stamp_ns)), extruding=motion.extruding,
+        plunger_velocity=motion.velocity, plunger_position=motion.position,
+        flow_rate=motion.flow_rate, error_status=error_status,
+        position_uncertain=motion.position_uncertain)
+
+
+def joint_motion(message: JointState, joint: str) -> tuple[float, float]:
+    """Velocity [m/s] and position [m] of a prismatic joint; NaN = not told."""
+    if joint not in message.name:
+        raise ConversionError(f'{joint}: expected this joint, '
+                              f'found {", ".join(message.name) or "none"}')
+    index = list(message.name).index(joint)
+    velocity, position = (float(values[index]) if len(values) > index else float('nan')
+                          for values in (message.velocity, message.position))
+    if not np.isfinite(velocity):
+        raise ConversionError(f'{joint}: expected a velocity, found none')
+    return velocity, position

@@ -1,0 +1,59 @@
+"""Stamped poses of the flange, from whatever a robot publishes of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import Pose, PoseStamped
+from sensor_msgs.msg import JointState
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.config import PoseConfig
+from bpc_perception.core.robot.clock_offset import ClockOffset
+from bpc_perception.messages import topics
+from bpc_perception.messages.pose import joints_to_matrix, lbr_state_to_matrix, pose_to_matrix
+from bpc_perception.messages.stamps import check_frame, ConversionError, stamp_to_ns
+from bpc_perception.messages.types import message_type
+
+LBR_STATE_TYPE = 'lbr_fri_idl/msg/LBRState'  # has no package among the wheels
+
+
+class FlangePoses:
+    """Reads the messages of one source.
+
+    Attributes:
+        topic: relative name of its topic.
+        message_class: their type.
+    """
+
+    def __init__(self, config: PoseConfig, base_frame: str) -> None:
+        """Raises BagError where the source's messages are not installed."""
+        self._config = config
+        self._base_frame = base_frame
+        self._controller = ClockOffset()
+        # Messages of tf are followed by tf2 alone; a recording has the path instead.
+        self.topic = {'joint_states': topics.JOINTS, 'lbr_state': topics.LBR_STATE,
+                      'tf': '/tf'}.get(config.source, topics.POSE)
+        self.message_class: Any = {'pose': Pose, 'joint_states': JointState}.get(
+            config.source, PoseStamped)
+        if config.source == 'lbr_state':
+            self.message_class = message_type(LBR_STATE_TYPE)
+
+    def read(self, message: Any, received_ns: int) -> tuple[int, Array]:
+        """Stamp [ns] and T_base_flange (4, 4) of a message that came at ``received_ns``.
+
+        Raises ConversionError.
+        """
+        source, robot = self._config.source, self._config.robot
+        if source == 'pose':  # says neither when nor in which frame
+            return received_ns, pose_to_matrix(message)
+        if source == 'lbr_state':  # stamped by the clock of the robot's controller
+            controller_ns, T_base_flange = lbr_state_to_matrix(message, robot)
+            return self._controller.map(controller_ns, received_ns), T_base_flange
+        stamp_ns = stamp_to_ns(message.header.stamp)
+        if source == 'joint_states':
+            if stamp_ns == 0:
+                raise ConversionError('joint_states: expected a stamp, found 0')
+            return stamp_ns, joints_to_matrix(message, robot)
+        check_frame('pose', message, self._base_frame)
+        return stamp_ns, pose_to_matrix(message.pose)

@@ -1,0 +1,66 @@
+"""Thickness profiles from and to messages."""
+
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from std_msgs.msg import Header
+
+from bpc_interfaces.msg import (
+    ThicknessProfile as ThicknessProfileMsg,
+)
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.messages.array_fields import (
+    axes_fields,
+    check_lengths,
+    floats_field,
+    points_of,
+)
+from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
+
+
+def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessProfileMsg:
+    """A profile in the robot base frame as a message."""
+    summary = profile.summary
+    return ThicknessProfileMsg(
+        header=Header(stamp=ns_to_stamp(profile.stamp_ns), frame_id=frame_id),
+        print_id=profile.print_id, print_start=ns_to_stamp(profile.print_start_ns),
+        capture=profile.capture, method=profile.method, time=floats_field(profile.time),
+        arc_length=floats_field(profile.arc_length), **axes_fields('', profile.points),
+        extruding=profile.extruding.tolist(), status=array('B', profile.status.tobytes()),
+        thickness=floats_field(profile.thickness), thickness_sigma=floats_field(profile.sigma),
+        left=floats_field(profile.left), right=floats_field(profile.right),
+        **axes_fields('left_', profile.left_points), **axes_fields('right_', profile.right_points),
+        thickness_mean=summary.thickness_mean, thickness_std=summary.thickness_std,
+        thickness_q1=summary.thickness_q1, thickness_median=summary.thickness_median,
+        thickness_q3=summary.thickness_q3, coverage=summary.coverage,
+        gap_count=summary.gap_count, gap_length=summary.gap_length,
+        offset_mean=summary.offset_mean, offset_rms=summary.offset_rms,
+        processing_time=profile.processing_time)
+
+
+def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
+    """A profile from its message; raises ConversionError for what no measurement gives."""
+    axes = [side + axis for side in ('', 'left_', 'right_') for axis in 'xyz']
+    check_lengths('thickness_profile', message, (
+        'time', 'arc_length', *axes, 'extruding', 'status', 'thickness', 'thickness_sigma',
+        'left', 'right'))
+    status, thickness = np.array(message.status, np.uint8), np.array(message.thickness)
+    if (unknown := status[status > max(Status)]).size:
+        raise ConversionError(f'thickness_profile: expected each status up to {max(Status)}, '
+                              f'found {unknown[0]}')
+    measured = thickness[status == Status.MEASURED]
+    if (impossible := measured[~((measured > 0) & (measured < np.inf))]).size:
+        raise ConversionError('thickness_profile: expected a thickness above 0 where it is '
+                              f'measured, found {impossible[0]}')
+    return ThicknessProfile(
+        stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
+        print_start_ns=stamp_to_ns(message.print_start), capture=message.capture,
+        method=message.method, time=np.array(message.time),
+        arc_length=np.array(message.arc_length), points=points_of(message, ''),
+        extruding=np.array(message.extruding, bool), status=status,
+        thickness=thickness, sigma=np.array(message.thickness_sigma),
+        left=np.array(message.left), right=np.array(message.right),
+        left_points=points_of(message, 'left_'), right_points=points_of(message, 'right_'),
+        processing_time=message.processing_time)

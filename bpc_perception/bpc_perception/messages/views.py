@@ -1,0 +1,126 @@
+"""Results as messages for RViz, Foxglove, PlotJuggler and rqt: markers, overlay, scalars.
+
+As for all messages, lengths are in metres and positions in the robot base frame.
+"""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, Quaternion
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import Image
+from std_msgs.msg import ColorRGBA, Float64, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.session import Result
+from bpc_perception.display.legend import COLOURS, deviation_colours, LEFT, rgb, RIGHT, TARGET
+from bpc_perception.display.overlay import draw_overlay
+from bpc_perception.display.wording import advice_in_words, label
+from bpc_perception.messages.array_fields import set_data
+from bpc_perception.messages.stamps import ns_to_stamp
+
+MOST = 1000  # samples shown: each point is an object, which takes its time
+DOT, TEXT = 6e-4, 4e-3  # size of dots, height of letters [m]
+
+
+def overlay_message(result: Result, _: str) -> Image:
+    """The camera's image with what was measured drawn over it, as rgb8."""
+    picture = draw_overlay(result)
+    height, width = picture.shape[:2]
+    header = Header(stamp=ns_to_stamp(result.capture.stamp_ns), frame_id=result.capture.frame_id)
+    message = Image(header=header, height=height, width=width, encoding='rgb8', step=3 * width)
+    set_data(message, picture)
+    return message
+
+
+def width_message(result: Result, _: str) -> Float64:
+    """The thickness over the window that the advice looks at [m]; NaN = not known."""
+    assert result.advice is not None
+    return Float64(data=float(result.advice.measured_thickness))
+
+
+def deviation_message(result: Result, _: str) -> Float64:
+    """How far that thickness is off its target, as a share of it; NaN = not known."""
+    assert result.advice is not None
+    target = result.advice.target_thickness
+    off = result.advice.measured_thickness / target - 1 if target > 0 else np.nan
+    return Float64(data=float(off))
+
+
+def markers_message(result: Result, frame_id: str) -> MarkerArray:
+    """The filament as a ribbon coloured by its deviation from the target, sides, gaps and words.
+
+    Without a target the deviation is from the median. The first marker takes away those of the
+    profile before. All stay until then.
+    """
+    profile, advice = result.profile, result.advice
+    assert profile is not None
+    assert advice is not None
+    header = Header(stamp=Time(), frame_id=frame_id)  # of stamp 0: shown in the newest transform
+    shown = np.arange(0, len(profile), -(-len(profile) // MOST) or 1)
+    target = advice.target_thickness
+    usual = target if target > 0 else profile.summary.thickness_median
+    markers = [Marker(action=Marker.DELETEALL)]
+    markers += _ribbon(profile, shown, usual)
+    measured = profile.status[shown] == Status.MEASURED
+    for name, points, colour in (('left side', profile.left_points, LEFT),
+                                 ('right side', profile.right_points, RIGHT)):
+        markers += _dots(name, points[shown][measured], colour)
+    for status in Status:
+        if status != Status.MEASURED:
+            markers += _dots(label(status), profile.points[shown][profile.status[shown] == status],
+                             COLOURS[status])
+    if len(profile):
+        markers.append(_marker('advice', Marker.TEXT_VIEW_FACING, TARGET, z=TEXT,
+                               text=advice_in_words(advice),
+                               pose=Pose(position=_point(profile.points[-1] + (0, 0, 2 * TEXT)),
+                                         orientation=Quaternion(w=1.0))))
+    for marker in markers:
+        marker.header = header
+    return MarkerArray(markers=markers)
+
+
+def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) -> list[Marker]:
+    """Two triangles from each sample to the next where both are measured."""
+    colours = deviation_colours(profile.thickness[shown] / usual - 1)
+    left, right = profile.left_points[shown], profile.right_points[shown]
+    measured = profile.status[shown] == Status.MEASURED
+    starts = np.flatnonzero(measured[:-1] & measured[1:])
+    if not len(starts):
+        return []
+    corners = np.stack((left[starts], right[starts], left[starts + 1],
+                        right[starts], right[starts + 1], left[starts + 1]), axis=1)
+    sample = np.stack((starts, starts, starts + 1, starts, starts + 1, starts + 1), axis=1)
+    palette = [_colour(tuple(colour)) for colour in colours.tolist()]
+    return [_marker('thickness', Marker.TRIANGLE_LIST, TARGET, x=1.0, y=1.0, z=1.0,
+                    points=[_point(point) for point in corners.reshape(-1, 3)],
+                    colors=[palette[index] for index in sample.ravel().tolist()])]
+
+
+def _dots(name: str, points: Array, colour: str) -> list[Marker]:
+    if not len(points):
+        return []
+    return [_marker(name, Marker.SPHERE_LIST, colour, x=DOT, y=DOT, z=DOT,
+                    points=[_point(point) for point in points])]
+
+
+def _marker(namespace: str, kind: int, colour: str, x: float = 0.0, y: float = 0.0,
+            z: float = 0.0, **more: object) -> Marker:
+    """A marker that stays; x, y, z are its scale [m]."""
+    marker = Marker(ns=namespace, type=kind, action=Marker.ADD, color=_colour(rgb(colour)),
+                    **{'pose': Pose(orientation=Quaternion(w=1.0)), **more})
+    marker.scale.x, marker.scale.y, marker.scale.z = x, y, z
+    return marker
+
+
+def _point(place: Array) -> Point:
+    x, y, z = place.tolist()
+    return Point(x=x, y=y, z=z)
+
+
+def _colour(values: tuple[int, ...]) -> ColorRGBA:
+    red, green, blue = (value / 255 for value in values)
+    return ColorRGBA(r=red, g=green, b=blue, a=1.0)

@@ -1,0 +1,1 @@
+"""What several nodes share, or is a piece of one."""

@@ -1,0 +1,1 @@
+"""Recordings: written, read whole or torn, and measured without a graph."""

@@ -1,0 +1,35 @@
+"""Recordings put in place whole or not at all, and nowhere but where they belong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import tempfile
+
+from bpc_perception.recording.bag import BagError
+from bpc_perception.recording.bag_writer import BagWriter
+
+
+@contextmanager
+def whole_bag(target: str | Path) -> Iterator[BagWriter]:
+    """A writer whose bag appears at its place once it is complete, and never otherwise.
+
+    Raises BagError where there is something already, OSError where it cannot be written.
+    """
+    target = Path(target)
+    if target.exists():
+        raise BagError(f'{target}: expected a new bag, found that it exists')
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix='.bpc-', dir=target.parent) as beside:
+        with BagWriter(Path(beside) / target.name) as bag:
+            yield bag
+        os.rename(Path(beside) / target.name, target)
+
+
+def inside(folder: str | Path, name: str) -> Path:
+    """The path of a name in a folder. Raises ValueError where the name leads anywhere else."""
+    if name in ('', '.', '..') or '/' in name or '\0' in name:
+        raise ValueError(f'{folder}: expected the name of a file in it, found {name!r}')
+    return Path(folder) / name

@@ -1,0 +1,147 @@
+"""Recordings written so that nothing is lost: a rosbag2 folder with one MCAP file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+from rclpy.serialization import serialize_message
+import yaml
+
+from bpc_perception.messages.types import message_definition
+from bpc_perception.recording.bag import BagError
+
+# Small chunks bound what a killed recorder loses; a larger message gets a chunk of its own.
+CHUNK_SIZE = 64 * 1024
+
+
+class BagWriter:
+    """A new rosbag2 folder with one MCAP file; a context manager.
+
+    Readable up to the last ``flush`` even if it is never closed. A message larger than a chunk
+    is flushed at once, with all before it.
+
+    After an OSError of ``write`` or ``flush``, such as that of a full disk, the file ends torn:
+    what comes behind half a record would be lost to every reader, so nothing is written any more.
+    """
+
+    def __init__(self, path: str | Path, compress: bool = False) -> None:
+        self.path = Path(path)
+        if self.path.exists():
+            raise BagError(f'{path}: expected a new bag, found that it exists')
+        self.path.mkdir(parents=True)
+        self._file = self.path / f'{self.path.name}_0.mcap'
+        compression = CompressionType.ZSTD if compress else CompressionType.NONE
+        self._stream = self._file.open('wb')
+        self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=compression)
+        self._torn = False
+        with self._writing():
+            self._writer.start(Profile.ROS2, library='bpc')
+        self._channels: dict[str, int] = {}
+        self._types: dict[str, str] = {}
+        self._schemas: dict[str, int] = {}
+        self._counts: dict[str, int] = {}
+        self._first_ns: int | None = None
+        self._last_ns = 0
+
+    def add_topic(self, topic: str, type_name: str, definition: bytes = b'') -> None:
+        """Announce a topic of a type such as ``sensor_msgs/msg/Image``.
+
+        The definition is that of the installed type, unless it is given.
+        """
+        if type_name not in self._schemas:
+            self._schemas[type_name] = self._writer.register_schema(
+                type_name, SchemaEncoding.ROS2,
+                definition or message_definition(type_name).encode())
+        self._channels[topic] = self._writer.register_channel(
+            topic, MessageEncoding.CDR, self._schemas[type_name],
+            {'offered_qos_profiles': ''})
+        self._types[topic] = type_name
+        self._counts[topic] = 0
+
+    def write(self, topic: str, log_ns: int, message: Any) -> None:
+        """Append a message, or one that is serialized already, recorded at this time [ns]."""
+        data = message if isinstance(message, bytes) else serialize_message(message)
+        large = len(data) > CHUNK_SIZE
+        with self._writing():
+            if large:  # or else what waits would be lost with it if it is torn
+                self._writer.flush()
+            self._writer.add_message(self._channels[topic], log_time=log_ns, publish_time=log_ns,
+                                     data=data, sequence=self._counts[topic])
+            if large:
+                self._writer.flush()
+        self._counts[topic] += 1
+        self._first_ns = log_ns if self._first_ns is None else min(self._first_ns, log_ns)
+        self._last_ns = max(self._last_ns, log_ns)
+
+    @property
+    def written(self) -> tuple[dict[str, int], int]:
+        """Messages written by topic, and the size of the file [bytes], wherever it is by now."""
+        return dict(self._counts), os.fstat(self._stream.fileno()).st_size
+
+    @property
+    def in_place(self) -> bool:
+        """Whether what is written is found by the name under which it was begun."""
+        with suppress(OSError):
+            return os.path.samestat(self._file.stat(), os.fstat(self._stream.fileno()))
+        return False
+
+    def flush(self) -> None:
+        """Hand everything written so far to the operating system, readable as it is."""
+        with self._writing():
+            self._writer.flush()
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        if self._torn:
+            raise OSError(f'{self._file}: expected a file to go on with, found it torn')
+        try:
+            yield
+        except OSError:
+            self._torn = True
+            raise
+
+    def close(self) -> None:
+        """Complete the file and describe it in metadata.yaml, unless it is torn."""
+        if self._torn:
+            with suppress(OSError):
+                self._stream.close()
+            return
+        with self._writing():
+            self._writer.finish()
+            self._stream.close()
+        self._describe()
+
+    def _describe(self) -> None:
+        start = {'nanoseconds_since_epoch': self._first_ns or 0}
+        duration = {'nanoseconds': self._last_ns - (self._first_ns or 0)}
+        count = sum(self._counts.values())
+        information = {
+            'version': 9, 'storage_identifier': 'mcap',
+            'relative_file_paths': [self._file.name], 'duration': duration,
+            'starting_time': start, 'message_count': count,
+            'topics_with_message_count': [
+                {'topic_metadata': {
+                    'name': topic, 'type': self._types[topic], 'serialization_format': 'cdr',
+                    'offered_qos_profiles': [], 'type_description_hash': ''},
+                 'message_count': count} for topic, count in self._counts.items()],
+            'compression_format': '', 'compression_mode': '',
+            'files': [{'path': self._file.name, 'starting_time': start, 'duration': duration,
+                       'message_count': count}],
+            'custom_data': None, 'ros_distro': 'jazzy'}
+        temporary = self.path / 'metadata.yaml.tmp'
+        temporary.write_text(yaml.safe_dump({'rosbag2_bagfile_information': information}))
+        temporary.replace(self.path / 'metadata.yaml')
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()

@@ -1,0 +1,65 @@
+"""What is kept of a print while its captures are measured: bounded, however long it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from bpc_perception.core.session import Result
+from bpc_perception.report.summary import result_entry
+from bpc_perception.report.thumbnails import Film
+
+
+@dataclass
+class PrintLog:
+    """Of each capture a line and a small picture, and one result in full.
+
+    A result holds its capture, which has 35 MB at full size.
+
+    Attributes:
+        wanted: number of the capture that is to be reported; None = the last that was measured.
+        expected: how many captures there will be, as far as that is known.
+        entries: what summary.json says of each capture, refused ones included.
+        reported: the result that is reported; None as long as there is none.
+        place: its position among the entries.
+        film: overlays of the captures.
+        warnings: what else has to be known of the measurement.
+    """
+
+    wanted: int | None = None
+    expected: int | None = None
+    entries: list[dict[str, Any]] = field(default_factory=list)
+    reported: Result | None = None
+    place: int = -1
+    film: Film = field(init=False)
+    warnings: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.film = Film(self.expected)
+
+    @classmethod
+    def of(cls, results: Iterable[Result]) -> PrintLog:
+        """The log of these results."""
+        log = cls()
+        for result in results:
+            log.add(result)
+        return log
+
+    def add(self, result: Result) -> None:
+        """Take note of what came of a capture."""
+        if result.profile is not None and self.wanted in (None, result.profile.capture):
+            self.reported, self.place = result, len(self.entries)
+        self.entries.append(result_entry(result))
+        self.film.add(result)
+
+    @property
+    def refusals(self) -> list[str]:
+        """The distinct reasons why captures were refused, in order."""
+        return list(dict.fromkeys(
+            str(each['refusal']) for each in self.entries if 'refusal' in each))
+
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the captures that were measured."""
+        return [each['capture'] for each in self.entries if isinstance(each['capture'], int)]

@@ -1,0 +1,1 @@
+"""What every process of the suite needs: how it starts, says how it is, and ends."""

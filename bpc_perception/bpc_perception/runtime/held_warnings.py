@@ -1,0 +1,17 @@
+"""Warnings that are kept until the end of a command."""
+
+from __future__ import annotations
+
+import logging
+
+
+class HeldWarnings(logging.Handler):
+    """Keeps each warning once for the end: only then is it known what came of it."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.texts: dict[str, None] = {}
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep the message."""
+        self.texts[record.getMessage()] = None

@@ -1,0 +1,139 @@
+"""Starting a node and ending it in good order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import gc
+import logging
+import signal
+import sys
+from threading import Thread
+import traceback
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from bpc_perception.runtime.exit_status import DEFECT, REFUSED
+from bpc_perception.runtime.process import end_with_parent, Heartbeat, keep_memory, open_heartbeat
+from bpc_perception.runtime.signals import end_in_time, ending_signals
+from bpc_perception.runtime.transport.dds_profiles import hearing
+
+try:
+    from rclpy.experimental import EventsExecutor
+except ImportError:  # before rclpy 7.1.4
+    EventsExecutor = None  # type: ignore[assignment]
+
+
+class RosLogHandler(logging.Handler):
+    """Hands the core's log records to the node's logger."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__()
+        self._logger = node.get_logger()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log at the same level."""
+        level = {logging.WARNING: 'warning', logging.ERROR: 'error'}.get(record.levelno, 'info')
+        getattr(self._logger, level)(record.getMessage())
+
+
+class _Ending:
+    """Whether all nodes of the process are to end."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def ask(self, *_: object) -> None:
+        """Let them end; also a handler of signals."""
+        self.asked = True
+
+
+def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = False,
+        fast_streams: bool = False) -> None:
+    """Spin a node until one of the ending signals; exit with 2 if it refuses to start.
+
+    Of several nodes each has a thread of its own, so that none waits for another's callbacks.
+
+    Args:
+        make_node: makes the node or nodes.
+        large_messages: captures or views come or go, messages of up to 40 MB.
+        fast_streams: hundreds of messages come a second; half the work where rclpy can do it.
+    """
+    if large_messages:
+        keep_memory()
+    is_child = end_with_parent()
+    pipe = open_heartbeat()
+    # A signal is noted and looked at between callbacks. Python's KeyboardInterrupt aborts the
+    # process where it comes out of C++ that takes no exceptions; rclpy's handlers shut down under
+    # a half-made node, which then stays in the graphs of others.
+    ending = _Ending()
+    numbers = ending_signals()
+    for number in numbers:
+        signal.signal(number, ending.ask)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    nodes: list[Node] = []
+    failures: list[Exception] = []
+    try:
+        if not ending.asked:
+            nodes += _made(make_node, large_messages)
+            _spin(nodes, ending, failures, pipe, fast_streams)
+    finally:
+        if is_child:  # others, such as a recorder, complete their files, however long it takes
+            end_in_time()
+        for node in nodes:
+            node.destroy_node()
+        end_in_time()
+        rclpy.try_shutdown()
+        # More of them may come; their default, which Python puts back on its way out, kills.
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+    if failures:
+        traceback.print_exception(failures[0])
+        sys.exit(DEFECT)
+
+
+def _made(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
+    try:
+        with hearing(large_messages):
+            made = make_node()
+    except (ValueError, OSError, ParameterException) as error:
+        print(f'{make_node.__name__}: {error}', file=sys.stderr)
+    else:
+        return [made] if isinstance(made, Node) else list(made)
+    gc.collect()  # half-made nodes, so that they leave the graph
+    sys.exit(REFUSED)
+
+
+def _spin(nodes: Sequence[Node], ending: _Ending, failures: list[Exception], pipe: int | None,
+          fast_streams: bool) -> None:
+    logging.getLogger('bpc_perception').addHandler(RosLogHandler(nodes[0]))
+    aside = [Thread(target=_spin_one, args=(node, ending, failures, pipe)) for node in nodes[1:]]
+    for thread in aside:
+        thread.start()
+    try:
+        _spin_one(nodes[0], ending, failures, pipe, fast_streams)
+    finally:
+        for thread in aside:
+            thread.join()
+
+
+def _spin_one(node: Node, ending: _Ending, failures: list[Exception], pipe: int | None,
+              fast: bool = False) -> None:
+    """Spin in a thread; all end when this one does."""
+    # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
+    kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
+    heart = Heartbeat(pipe, node.get_name())
+    try:
+        executor = kind()
+        executor.add_node(node)
+        # Not spin(): that of the events executor never sleeps.
+        while not ending.asked:
+            heart.beat()  # before the first callback too, which may hang
+            executor.spin_once(timeout_sec=0.1)
+    except Exception as error:
+        failures.append(error)
+    finally:
+        ending.ask()

@@ -1,0 +1,112 @@
+"""Nodes that die are started again, and whoever looks at /diagnostics is told at once."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+from bpc_perception.core.watch.back_off import BackOff
+from bpc_perception.runtime.child_processes import NodeError, Nodes
+from bpc_perception.runtime.exit_status import REFUSED
+from bpc_perception.runtime.transport import shared_memory
+
+QUIET = 0.2  # a node gives a sign of life each 0.1 s, unless it is busy [s]
+# Longer than any capture takes to be measured, of a print of 100 m and more, and any start [s].
+HUNG = 60.0
+DEATHS, WITHIN = 3, 60.0  # so many in this time [s] are no accident
+PERIOD = 1.0  # of the diagnostics while nothing changes [s]
+
+
+@dataclass
+class _Life:
+    """What became of a node so far."""
+
+    back_off: BackOff = field(default_factory=BackOff)
+    level: bytes = DiagnosticStatus.OK
+    ran: bool = False  # once, so that what it is told to do can be done
+    dead: bool = False
+    deaths: int = 0
+    last_death: float = 0.0
+    cause: str = ''
+
+
+class Supervisor:
+    """Keeps nodes running; says on /diagnostics which run, are quiet, or died of what.
+
+    Whoever ends, is killed or hangs is started again, after a pause that grows. A node that
+    refuses to start and never ran is not asked twice. Three deaths within a minute end it all.
+    """
+
+    def __init__(self, nodes: Nodes, node: Node) -> None:
+        self._nodes = nodes
+        self._node = node
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._lives = {name: _Life() for name in nodes.names}
+        self._deaths: deque[tuple[float, str]] = deque(maxlen=DEATHS)
+        self._due = 0.0
+
+    def check(self) -> None:
+        """Look after all nodes; to be called often. Raises NodeError to end it all."""
+        now = time.monotonic()
+        news = now > self._due
+        for name, life in self._lives.items():
+            level = self._look_after(name, life, now)
+            news |= level != life.level
+            life.level = level
+        if news:
+            self._due = now + PERIOD
+            self._publish()
+
+    def _look_after(self, name: str, life: _Life, now: float) -> bytes:
+        if life.dead:
+            if not life.back_off.waiting(now):
+                life.dead = False
+                self._nodes.start_again(name)
+                shared_memory.clean()
+            return DiagnosticStatus.ERROR
+        silence, spoke = self._nodes.silence(name)
+        life.ran |= spoke
+        if self._nodes.ended(name):
+            self._mourn(name, life, self._nodes.end_of(name), now)
+            return DiagnosticStatus.ERROR
+        if silence > HUNG:
+            self._nodes.kill(name)
+            self._mourn(name, life, f'hung for {silence:.0f} s', now)
+            return DiagnosticStatus.ERROR
+        return DiagnosticStatus.OK if spoke and silence <= QUIET else DiagnosticStatus.STALE
+
+    def _mourn(self, name: str, life: _Life, cause: str, now: float) -> None:
+        if self._nodes.status(name) == REFUSED and not life.ran:
+            self._nodes.check()
+        self._deaths.append((now, f'{name} {cause}'))
+        if len(self._deaths) == DEATHS and now - self._deaths[0][0] < WITHIN:
+            raise NodeError(f'expected nodes that live, found {DEATHS} deaths within '
+                            f'{now - self._deaths[0][0]:.0f} s: '
+                            + '; '.join(text for _, text in self._deaths))
+        if now - life.last_death > WITHIN:
+            life.back_off.succeeded()
+        life.back_off.failed(now)
+        life.dead, life.last_death, life.cause = True, now, cause
+        life.deaths += 1
+
+    def _publish(self) -> None:
+        statuses = []
+        for name, life in self._lives.items():
+            message = {
+                DiagnosticStatus.OK: 'ok',
+                DiagnosticStatus.STALE: 'no sign of life: it starts, is busy or hangs',
+                DiagnosticStatus.ERROR: f'{life.cause}; it is started again, after death '
+                                        f'number {life.deaths}'}[life.level]
+            values = {'pid': self._nodes.pid(name), 'deaths': life.deaths,
+                      'last death': life.cause or 'none'}
+            statuses.append(DiagnosticStatus(
+                level=life.level, name=f'supervisor: {name}', message=message,
+                hardware_id='none', values=[KeyValue(key=key, value=str(value))
+                                            for key, value in values.items()]))
+        array = DiagnosticArray(status=statuses)
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(array)

@@ -1,0 +1,64 @@
+"""The monitor: what is wrong is shown, but not over and over, and ends nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import pytest
+from rclpy.node import Node
+
+from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_perception.cli.parts import monitor
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.messages import topics
+from bpc_perception.runtime.isolated_graph import Graph
+
+pytestmark = pytest.mark.ros
+
+
+def test_a_warning_is_shown_once_a_minute_whatever_its_numbers(
+        graph: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert isinstance(graph, Graph)
+    now = [0.0]
+    made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
+
+    def hear(text: str, level: bytes = DiagnosticStatus.WARN) -> str:
+        monkeypatch.setattr(monitor.time, 'monotonic', lambda: now[0])
+        made._on_diagnostics(DiagnosticArray(status=[
+            DiagnosticStatus(level=level, name='camera', message=text)]))
+        monkeypatch.undo()
+        return capsys.readouterr().out
+
+    assert hear('late: found 0.3 s') == '  camera: late: found 0.3 s\n'
+    for now[0] in (30.0, 80.0):  # it goes on
+        assert hear('late: found -1.5 s') == ''
+    assert hear('no light') == '  camera: no light\n'
+    assert hear('ok', DiagnosticStatus.OK) == ''
+    assert made.warnings == ['camera: late: found -1.5 s', 'camera: no light']
+    now[0] = 141.0
+    assert hear('late: found 2 s') == '  camera: late: found 2 s\n'
+    for number in range(2 * monitor.WARNINGS):
+        hear('x' * number)
+    assert len(made.warnings) == monitor.WARNINGS
+
+
+def test_messages_that_cannot_be_used_are_told_once_and_those_that_follow_are_heard(
+        graph: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
+    peer = graph.make(Node, 'peer')
+    profiles = peer.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
+    advice = peer.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+    assert made.spin_until(lambda: profiles.get_subscription_count()
+                           and advice.get_subscription_count(), 10)
+    for _ in range(2):
+        advice.publish(RateAdvice())  # as of ros2 topic pub with {}
+        advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0, reason=99))
+        profiles.publish(ThicknessProfile(time=[0.0]))
+    advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0))
+    profiles.publish(ThicknessProfile())
+    assert made.spin_until(lambda: made.profiles and made.advice, 10)
+    said = capsys.readouterr().out
+    for words in ('expected a flow_rate_scale above 0, found 0.0', 'expected a reason up to 10',
+                  'expected arrays of one length'):
+        assert said.count(words) == 1, said

@@ -1,0 +1,51 @@
+"""A device's clock against ours, with delays known by construction."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bpc_perception.core.robot.clock_offset import ClockOffset
+
+MS = 10**6
+OFFSET = 5_000_000_000_000  # ours less the device's [ns]
+
+
+def test_jitter_is_taken_out() -> None:
+    rng = np.random.default_rng(4)
+    clock, wrong = ClockOffset(), []
+    for index in range(1000):
+        device = index * 10 * MS
+        delay = 2 * MS + round(rng.exponential(5) * MS)
+        mapped = clock.map(device, device + OFFSET + delay)
+        wrong.append(mapped - (device + OFFSET))
+    # All but the least delay there is goes; and nothing is put before it happened.
+    assert max(wrong[100:]) < 2.2 * MS
+    assert min(wrong) >= 2 * MS
+    assert clock.offset_ns is not None
+    assert abs(clock.offset_ns - OFFSET - 2 * MS) < 0.2 * MS
+
+
+def test_a_message_that_comes_quicker_is_not_put_before_those_before() -> None:
+    clock = ClockOffset()
+    delays = (20, 18, 3, 2, 9, 1, 1, 1)
+    mapped = [clock.map(5 * index * MS, 5 * index * MS + OFFSET + delay * MS)
+              for index, delay in enumerate(delays)]
+    assert all(np.diff(mapped) > 0)
+    assert mapped[-1] == 5 * 7 * MS + OFFSET + 1 * MS
+
+
+def test_drift_is_followed() -> None:
+    clock = ClockOffset()
+    for index in range(6001):  # a minute at 100 microseconds a second, the device too slow
+        device = index * 10 * MS
+        ours = device + OFFSET + index * 1000
+        mapped = clock.map(device, ours)
+    assert abs(mapped - ours) <= 20 * 100_000  # what two stretches drift
+
+
+def test_a_device_that_starts_anew_is_taken_anew() -> None:
+    clock = ClockOffset()
+    assert clock.offset_ns is None
+    assert clock.map(1000 * MS, OFFSET) == OFFSET
+    assert clock.map(0, OFFSET + 3000 * MS) == OFFSET + 3000 * MS
+    assert clock.map(10 * MS, OFFSET + 3010 * MS) == OFFSET + 3010 * MS

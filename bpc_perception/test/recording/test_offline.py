@@ -1,0 +1,148 @@
+"""A recording measured without a graph, whatever came into it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from perception_builders import band_image, capture_of, DOWN, pose, SECOND, START_NS, surface
+import pytest
+
+from bpc_perception.core.config import AdviceConfig, PathConfig, RecorderConfig, ThicknessConfig
+from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.session import Result
+
+pytest.importorskip('rclpy')
+from geometry_msgs.msg import PoseStamped
+
+from bpc_interfaces.msg import ExtrusionState
+from bpc_perception.messages import topics
+from bpc_perception.messages.capture import capture_to_messages
+from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.offline import measure_bag
+
+pytestmark = pytest.mark.ros
+Entry = tuple[str, int, Any]
+CONFIG = ThicknessConfig(method='paper', patience=2.0,
+                         advice=AdviceConfig(target_thickness=2.2e-3))
+RECORDER = RecorderConfig(path=PathConfig(auto_stop_after=3.0))
+START, SPEED = surface(np.array((40.0, 55.0))), 4e-3  # 3.2 s over the band
+CAPTURES = np.arange(0.5, 3.6, 1.0)
+
+
+class Recorded(Bag):
+    """What would be read of a recording with these messages, and how far it was read."""
+
+    def __init__(self, entries: Iterable[Entry]) -> None:
+        self.path = Path('recorded')
+        self.entries = list(entries)
+        self.topics = {name: topics.type_name(kind) for name, kind in {
+            **topics.CAMERA, topics.POSE: PoseStamped, topics.EXTRUSION: ExtrusionState}.items()}
+        self.read_ns = 0
+
+    def messages(self, topics: set[str]) -> Iterator[Entry]:
+        for name, log_ns, message in self.entries:
+            self.read_ns = log_ns
+            if name in topics:
+                yield name, log_ns, message
+
+    def count(self, topic: str) -> int:
+        return sum(name == topic for name, _, _ in self.entries)
+
+
+def robot(time: float, stamped: float | None = None) -> Iterable[Entry]:
+    """The tip moves along the band for 3.2 s, and then stands."""
+    tip = START + np.array((SPEED * min(time, 3.2), 0, 0))
+    stamp_ns = at(time if stamped is None else stamped)
+    yield topics.POSE, at(time), pose_to_message(stamp_ns, '', pose(tip))
+
+
+def extruder(time: float, stamped: float | None = None) -> Iterable[Entry]:
+    state = ExtrusionState(extruding=time <= 3.2, plunger_velocity=1e-4, flow_rate=5e-8)
+    state.header.stamp = ns_to_stamp(at(time if stamped is None else stamped))
+    yield topics.EXTRUSION, at(time), state
+
+
+def camera(time: float, stamped: float | None = None) -> Iterable[Entry]:
+    capture = capture_of(band_image(), at(time if stamped is None else stamped))
+    for name, message in zip(topics.CAMERA, capture_to_messages(capture), strict=True):
+        yield name, at(time), message
+
+
+def at(time: float) -> int:
+    return START_NS + round(time * SECOND)
+
+
+def recorded(poses_until: float = 4.0, captures: Iterable[float] = CAPTURES) -> list[Entry]:
+    """A print in order of recording."""
+    entries = [entry for number in range(400) for entry in (
+        *(robot(number / 100) if number / 100 < poses_until else ()), *extruder(number / 100))]
+    entries += [entry for time in captures for entry in camera(time)]
+    return sorted(entries, key=lambda entry: entry[1])
+
+
+def measured(bag: Bag) -> Iterator[Result]:
+    return measure_bag(bag, HandEye(True, DOWN), CONFIG, RECORDER)
+
+
+def told(results: Iterable[Result]) -> list[str]:
+    """All that was found, to the last bit."""
+    return [repr((result.capture.stamp_ns, result.advice, result.refusal,
+                  result.profile and result.profile.thickness.tobytes())) for result in results]
+
+
+@pytest.fixture(scope='module')
+def expected() -> list[str]:
+    """Of the print as it should be recorded."""
+    found = told(measured(Recorded(recorded())))
+    assert len(found) == len(CAPTURES)
+    assert not any(': expected' in each for each in found)
+    return found
+
+
+LOG_TIMES: dict[str, Callable[[int], int]] = {
+    'another clock': lambda log_ns: log_ns - 3600 * SECOND,
+    'a clock ahead': lambda log_ns: log_ns + 3600 * SECOND,
+    'a clock set forward': lambda log_ns: log_ns + 3600 * SECOND * (log_ns > at(1.505)),
+    'a clock set back': lambda log_ns: log_ns - 3600 * SECOND * (log_ns > at(1.505)),
+    'none': lambda _: 0}
+
+
+def test_captures_that_the_path_never_reaches_do_not_pile_up() -> None:
+    bag = Recorded(recorded(poses_until=1.0, captures=np.arange(0.5, 10, 0.5)))
+    for result in measured(bag):
+        assert bag.read_ns - result.capture.stamp_ns <= 3 * SECOND  # patience, and until the next
+
+
+@pytest.mark.parametrize('clock', LOG_TIMES)
+def test_by_whatever_clock_it_was_recorded_a_print_is_measured(
+        clock: str, expected: list[str], caplog: pytest.LogCaptureFixture) -> None:
+    entries = [(name, LOG_TIMES[clock](log_ns), message) for name, log_ns, message in recorded()]
+    assert told(measured(Recorded(entries))) == expected
+    assert caplog.text == ''
+
+
+@pytest.mark.parametrize('when', [0.0, 1.0])  # first of all, and amid
+@pytest.mark.parametrize('source', [robot, extruder, camera])
+def test_messages_of_the_future_spoil_no_recording(
+        source: Callable[[float, float], Iterable[Entry]], when: float,
+        expected: list[str], caplog: pytest.LogCaptureFixture) -> None:
+    entries = recorded()
+    index = next(index for index, (_, log_ns, _) in enumerate(entries) if log_ns >= at(when))
+    entries[index:index] = source(when, when + 60)
+    assert told(measured(Recorded(entries))) == expected
+    assert 'expected a stamp of the past, found one of the future' in caplog.text
+
+
+@pytest.mark.parametrize('source', [robot, extruder])
+def test_what_comes_late_into_a_recording_is_said_once(
+        source: Callable[[float], Iterable[Entry]], expected: list[str],
+        caplog: pytest.LogCaptureFixture) -> None:
+    entries = recorded()
+    entries[300:300] = [*source(0.5), *source(0.6)]
+    assert told(measured(Recorded(entries))) == expected
+    assert caplog.text.count('found some late, twice or a jump') == 1

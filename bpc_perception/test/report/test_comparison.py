@@ -1,0 +1,82 @@
+"""Prints beside each other, from files written by hand."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bpc_perception.report import comparison
+
+HEAD = 'arc_length_mm,time_s,x_mm,y_mm,z_mm,thickness_mm,sigma_mm,left_mm,right_mm,status\n'
+SUMMARY = {
+    'print_id': 'p', 'capture': 1, 'thickness_mean_mm': 2.0, 'thickness_variation': 0.05,
+    'coverage': 0.5, 'gap_count': 1, 'gap_length_mm': 1.0, 'bag': 'a.mcap', 'hand_eye': 'c.calib',
+    'settings': {'method': 'paper'}, 'versions': {'bpc': '0.1.0'}}
+
+
+def left_behind(folder, **changes):
+    folder.mkdir(parents=True)
+    (folder / 'summary.json').write_text(json.dumps({**SUMMARY, **changes}))
+    (folder / 'profile.csv').write_text(
+        HEAD + '0.0,1.0,0,0,0,2.0,0.1,1.0,1.0,MEASURED\n1.0,1.1,1,0,0,0.0,,,,GAP\n'
+        '2.0,1.2,2,0,0,,,,,NO_DATA\n3.0,1.3,3,0,0,4.0,0.1,2.0,2.0,MEASURED\n')
+    return folder
+
+
+def test_files_are_read_as_they_are(tmp_path):
+    one, other = comparison.load([left_behind(tmp_path / 'a'), left_behind(tmp_path / 'b')])
+    assert (one.name, other.name) == ('a', 'b')
+    np.testing.assert_array_equal(one.arc_length, (0, 1, 2, 3))
+    np.testing.assert_array_equal(one.thickness, (2, 0, np.nan, 4))
+    np.testing.assert_array_equal(one.measured, (True, False, False, True))
+    np.testing.assert_array_equal(one.gap, (False, True, False, False))
+
+
+def test_folders_of_one_name_are_told_apart(tmp_path):
+    folders = [left_behind(tmp_path / name / 'out') for name in 'ab']
+    assert [each.name for each in comparison.load(folders)] == [str(each) for each in folders]
+
+
+def test_table_has_numbers_or_dashes(tmp_path):
+    row, _ = comparison.rows(comparison.load([left_behind(tmp_path / 'a'),
+                                              left_behind(tmp_path / 'b')]))
+    words = dict(zip(['print', *(heading for _, heading, _, _ in comparison.TABLE)],
+                     comparison.cells(row), strict=True))
+    assert (words['mean [mm]'], words['variation [%]'], words['gaps']) == ('2.000', '5.0', '1')
+    assert words['Q1 [mm]'] == '-'
+
+
+def test_only_what_differs_is_told(tmp_path):
+    prints = comparison.load([left_behind(tmp_path / 'a'), left_behind(
+        tmp_path / 'b', settings={'method': 'cross_section'})])
+    assert comparison.differences(prints) == [('method', ['paper', 'cross_section'])]
+    assert comparison.differences([prints[0], prints[0]]) == []
+
+
+def test_page_loads_nothing_and_names_stay_text(tmp_path):
+    prints = comparison.load([left_behind(tmp_path / 'a<b>'), left_behind(tmp_path / 'b')])
+    page = comparison.render(prints)
+    head, body = page.split('</head>')
+    assert "default-src 'none'" in head
+    assert 'a<b>' not in body.replace('a\\u003cb\\u003e', '')
+    assert 'a&lt;b&gt;' in body
+    assert ' src=' not in body
+    assert ' href=' not in body
+
+
+@pytest.mark.parametrize(('file', 'text', 'words'), [
+    ('summary.json', '{', 'expected a summary as JSON'),
+    ('summary.json', '{}', 'expected print_id, found none'),
+    ('profile.csv', 'a,b\n1,2\n', 'expected a profile'),
+    ('profile.csv', HEAD + '0,0,0,0,0,wide,,,,MEASURED\n', 'expected a profile'),
+    ('profile.csv', HEAD + '0,0,0,0,0,1,,,,UNHEARD_OF\n', 'expected a profile')])
+def test_other_files_are_refused(tmp_path, file, text, words):
+    folder = left_behind(tmp_path / 'a')
+    (folder / file).write_text(text)
+    with pytest.raises(ValueError, match=words):
+        comparison.load([folder, folder])
+
+
+def test_a_folder_without_results_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r'expected a folder .*, found no profile\.csv'):
+        comparison.load([tmp_path, tmp_path])

@@ -1,0 +1,74 @@
+"""Figures for papers: sizes in millimetres, fonts inside, the same file each time."""
+
+import re
+
+import numpy as np
+from perception_builders import band_image, capture_of, DOWN, profile_of
+import pytest
+
+from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.profile import Status
+from bpc_perception.core.session import Result
+from bpc_perception.report import paper_figures
+
+MM = 1e-3
+NAMES = ('overlay', 'thickness', 'offset', 'map', 'histogram')
+
+
+@pytest.fixture(scope='module')
+def result():
+    """A straight print of ten samples seen from above, its third a gap."""
+    status = [Status.MEASURED] * 10
+    status[2] = Status.GAP
+    widths = np.where(np.array(status) == Status.GAP, 0.0, 2 * MM)
+    return Result(capture_of(band_image()), DOWN, profile_of(widths.tolist(), status))
+
+
+@pytest.fixture(scope='module')
+def files(result):
+    return paper_figures.draw_figures(result, WidthTargets.constant(2 * MM))
+
+
+def test_every_figure_is_there_in_both_kinds(files):
+    assert set(files) == {f'{name}.{kind}' for name in NAMES for kind in ('pdf', 'svg')}
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_figures_are_as_wide_as_a_column(files, name):
+    points = float(re.search(rb'/MediaBox \[ 0 0 ([\d.]+) ', files[f'{name}.pdf'])[1])
+    assert points / 72 * 25.4 == pytest.approx(85)
+    points = float(re.search(rb'<svg [^>]*width="([\d.]+)pt"', files[f'{name}.svg'])[1])
+    assert points / 72 * 25.4 == pytest.approx(85)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_nothing_is_needed_from_elsewhere(files, name):
+    # Each font of a PDF has its file inside; an SVG has outlines instead of letters.
+    text = files[f'{name}.pdf']
+    assert text.count(b'/FontFile2') == text.count(b'/Type /FontDescriptor') > 0
+    drawing = files[f'{name}.svg']
+    assert b'<text' not in drawing
+    addresses = set(re.findall(rb'href="([^"#]{1,40})', drawing))
+    assert all(address.startswith(b'data:') for address in addresses)
+
+
+def test_lines_are_lines(files):
+    # In the PDF the overlay alone is made of pixels.
+    for name in NAMES:
+        assert (b'/Subtype /Image' in files[f'{name}.pdf']) == (name == 'overlay')
+
+
+def test_colours_are_those_of_the_legend(files):
+    drawing = files['offset.svg'].decode().lower()
+    assert '#0072b2' in drawing
+    assert '#d55e00' in drawing  # the gap
+
+
+def test_the_same_result_gives_the_same_files(result, files):
+    assert paper_figures.draw_figures(result, WidthTargets.constant(2 * MM)) == files
+
+
+def test_nothing_measured_can_be_drawn():
+    blind = Result(capture_of(band_image()), DOWN, profile_of(
+        [np.nan] * 4, [Status.NO_DATA] * 4))
+    assert set(paper_figures.draw_figures(blind, None)) >= {'map.pdf', 'histogram.svg'}

@@ -1,0 +1,1 @@
+"""The commands of the simulator: registered for ``bpc`` as entry points."""

@@ -1,0 +1,1 @@
+"""Prints that go wrong, and the controllers that correct them."""

@@ -1,0 +1,169 @@
+"""A print as a function of time: where the robot is, what the extruder does, what has been laid.
+
+Time t is in seconds since the job's start. The robot waits above the path's start, lowers the
+nozzle, follows the path at constant speed while ink flows, stops, lifts, and waits again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.geometry import transform
+from bpc_sim.ink.deposit import Deposit, WidthProfile
+from bpc_sim.scene.camera import View
+from bpc_sim.scene.render import Nozzle, render, Scene, Sensor
+
+Times = Array | float
+
+SYRINGE_BORE = 26.7e-3  # inner diameter of a 50 ml syringe [m]
+
+
+@dataclass(frozen=True, eq=False)
+class PrintJob:
+    """A print on a plane bed, all poses in the robot base frame.
+
+    Attributes:
+        commanded: what the controller asks for: path, width and commanded gaps, complete.
+        T_base_surface: (4, 4) pose of the surface frame.
+        view: the camera and its pose.
+        printed_width: width that really comes out; None for the commanded one.
+        faults: (F, 2) arc-length intervals in which the extruder runs but no ink comes, as when
+            a bubble passes [m].
+        speed: of the nozzle along the path [m/s].
+        dwell_before: from the job's start until the nozzle moves along the path [s]; the second
+            half of it lowers the nozzle.
+        dwell_after: from the path's end to the job's end [s]; the first half lifts the nozzle.
+        tip_height: of the nozzle tip above the bed while printing [m].
+        lift: how far above that the robot waits [m].
+        nozzle_offset: (3,) nozzle tip in the flange frame [m].
+        R_surface_flange: (3, 3) orientation of the flange; its z axis is the tool's direction.
+        nozzle: shape that the camera sees.
+        sensor: how the camera sees.
+        seed: of the noise in the captures.
+    """
+
+    commanded: Deposit
+    T_base_surface: Array
+    view: View
+    printed_width: WidthProfile | None = None
+    faults: Array = field(default_factory=lambda: np.empty((0, 2)))
+    speed: float = 3e-3
+    dwell_before: float = 1.0
+    dwell_after: float = 1.0
+    tip_height: float = 1e-3
+    lift: float = 0.08
+    nozzle_offset: Array = field(default_factory=lambda: np.array((0.0, 0.0, 0.15)))
+    R_surface_flange: Array = field(default_factory=lambda: np.diag((1.0, -1.0, -1.0)))
+    nozzle: Nozzle = field(default_factory=Nozzle)
+    sensor: Sensor = field(default_factory=Sensor)
+    seed: int = 0
+
+    @property
+    def length(self) -> float:
+        """Arc length of the path [m]."""
+        return self.commanded.curve.length
+
+    @property
+    def end_of_path(self) -> float:
+        """Time at which the nozzle reaches the end of the path [s]."""
+        return self.dwell_before + self.length / self.speed
+
+    @property
+    def duration(self) -> float:
+        """Time from the job's start to its end [s]."""
+        return self.end_of_path + self.dwell_after
+
+    @cached_property
+    def deposit(self) -> Deposit:
+        """The ink as it lies when the print is complete, in the surface frame."""
+        return replace(self.commanded, profile=self.printed_width or self.commanded.profile,
+                       gaps=np.concatenate((self.commanded.gaps, self.faults)))
+
+    def laid(self, t: Times) -> Array:
+        """Arc length (...) that the nozzle has covered at times t (...) [m]."""
+        return np.clip((np.asarray(t) - self.dwell_before) * self.speed, 0.0, self.length)
+
+    def tip(self, t: Times) -> Array:
+        """Nozzle tip (..., 3) at times t (...) in the base frame [m]."""
+        s = self.laid(t)
+        planar = self.commanded.curve.points(s.ravel()).reshape(*s.shape, 2)
+        height = self.tip_height + self.lift * self._lifted(np.asarray(t))
+        return transform(self.T_base_surface, np.concatenate((planar, height[..., None]), -1))
+
+    def flange_pose(self, t: Times) -> Array:
+        """T_base_flange (..., 4, 4) at times t (...)."""
+        tip = self.tip(t)
+        R_base_flange = self.T_base_surface[:3, :3] @ self.R_surface_flange
+        pose = np.zeros((*tip.shape[:-1], 4, 4))
+        pose[..., :3, :3] = R_base_flange
+        pose[..., :3, 3] = tip - R_base_flange @ self.nozzle_offset
+        pose[..., 3, 3] = 1.0
+        return pose
+
+    def extruding(self, t: Times) -> NDArray[np.bool_]:
+        """Whether the extruder is told to push ink out at times t (...)."""
+        t = np.asarray(t)
+        under_way = (t >= self.dwell_before) & (t < self.end_of_path)
+        return np.asarray(under_way & self.commanded.inked(self.laid(t)))
+
+    def flow_rate(self, t: Times) -> Array:
+        """Commanded volume of ink per time (...) at times t (...) [m^3/s].
+
+        By mass balance of a filament of the commanded width: (pi / 4) width^2 speed.
+        """
+        width = self.commanded.profile(self.laid(t))
+        return np.where(self.extruding(t), np.pi / 4 * width**2 * self.speed, 0.0)
+
+    def plunger_velocity(self, t: Times) -> Array:
+        """Velocity (...) of the syringe's plunger at times t (...) [m/s]."""
+        return self.flow_rate(t) / (np.pi / 4 * SYRINGE_BORE**2)
+
+    def plunger_position(self, t: Times) -> Array:
+        """How far the plunger has moved (...) at times t (...) [m]."""
+        s = self.laid(t)
+        nodes, moved = self._plunger_table
+        position = np.zeros(s.shape)
+        for start, end in self.commanded.runs:
+            position += (np.interp(np.clip(s, start, end), nodes, moved)
+                         - np.interp(start, nodes, moved))
+        return position
+
+    def truth(self, s: Array) -> Array:
+        """True width (N,) of the complete print at arc lengths s (N,) [m]; 0 in gaps."""
+        return self.deposit.width(s)
+
+    def capture(self, t: float, number: int, stamp_ns: int = 0) -> Capture:
+        """The capture of the given number at time t [s], the robot standing where it is then.
+
+        The number seeds the noise: a capture can be made again.
+        """
+        return render(self.scene(t), self.view, self.sensor,
+                      np.random.default_rng((self.seed, number)), stamp_ns)
+
+    def scene(self, t: float) -> Scene:
+        """What stands before the camera at time t [s]."""
+        T_flange_tip = np.eye(4)
+        T_flange_tip[:3, 3] = self.nozzle_offset
+        return Scene(replace(self.deposit, laid=float(self.laid(t))), self.T_base_surface,
+                     self.flange_pose(t) @ T_flange_tip, self.nozzle)
+
+    @cached_property
+    def _plunger_table(self) -> tuple[Array, Array]:
+        """Arc lengths (K,) and how far the plunger would move to there without gaps [m]."""
+        nodes = self.commanded.curve.uniform(10001)
+        squared = self.commanded.profile((nodes[1:] + nodes[:-1]) / 2)**2
+        moved = np.cumsum(squared * np.diff(nodes)) / SYRINGE_BORE**2
+        return nodes, np.concatenate(([0.0], moved))
+
+    def _lifted(self, t: Array) -> Array:
+        """Height (...) above the printing height as a fraction of ``lift``, with soft stops."""
+        lowering = (t - self.dwell_before / 2) / (self.dwell_before / 2)
+        lifting = (t - self.end_of_path) / (self.dwell_after / 2)
+        part = np.clip(np.where(t < self.dwell_before, 1 - lowering, lifting), 0.0, 1.0)
+        return part**2 * (3 - 2 * part)

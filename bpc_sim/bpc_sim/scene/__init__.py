@@ -1,0 +1,1 @@
+"""What a synthetic camera sees: surfaces, light, lens, sensor."""

@@ -1,0 +1,1 @@
+"""Hard scenes of known truth."""

@@ -1,0 +1,59 @@
+"""Benchmarks refuse to time what is wrong; how fast anything is, they say and no test does."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bpc_sim.benchmarks import core
+from bpc_sim.benchmarks.timing import interleaved
+from bpc_sim.cli.bench import bench
+
+
+def test_the_smallest_verifies_and_is_written(tmp_path, capsys):
+    bench('core', tmp_path / 'rows.json', quick=True)
+    rows = json.loads((tmp_path / 'rows.json').read_text())
+    assert {row['what'] for row in rows} == {
+        'floor', 'default', 'paper', 'path-normal', 'transcription', 'capture after 0.2 m'}
+    assert all(0 < row['median_ms'] <= row['p95_ms'] for row in rows)
+    measured = {row['what']: row['MAE_mm'] for row in rows}
+    assert measured['floor'] is None
+    # The transcription is the same method: on whole pixels of 0.1 mm.
+    assert measured['transcription'] == pytest.approx(measured['paper'], abs=0.01)
+    assert 'transcription' in capsys.readouterr().out
+
+
+def test_what_is_wrong_is_not_timed(monkeypatch):
+    monkeypatch.setattr(core, 'by', lambda *given: np.full(len(given[2]), 2.2e-3))
+    with pytest.raises(ValueError, match=r'expected default to err by 0.02 mm .* found 0.2000'):
+        core.compare(core.spiral(512, 512, 512), 100, 1)
+
+
+def test_what_is_refused_is_not_right():
+    drawn = core.spiral(512, 512, 512)
+    s = drawn.deposit.curve.uniform(100)
+    thickness = drawn.deposit.width(s)
+    assert drawn.error(s, thickness) == pytest.approx(0)
+    thickness[::10] = np.nan
+    assert drawn.error(s, thickness) == np.inf
+
+
+def test_runs_take_turns_and_slow_ones_run_once():
+    order = []
+    times = interleaved({'a': lambda: order.append('a'), 'b': lambda: order.append('b')}, 2)
+    assert order == ['a', 'b'] * 3
+    assert all(0 <= median <= p95 for median, p95 in times.values())
+    order.clear()
+    interleaved({'a': lambda: order.append('a')}, 5, slow=0.0)
+    assert order == ['a']
+
+
+@pytest.mark.parametrize(('arguments', 'message'), [
+    ({'name': 'nothing'}, 'bench: expected one of core, .*, found nothing'),
+    ({'name': 'core', 'json_file': 'nowhere/rows.json'}, 'nowhere/rows.json: expected')])
+def test_what_cannot_be_done_is_refused(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if 'json_file' in arguments:
+        arguments['json_file'] = tmp_path / arguments['json_file']
+    with pytest.raises(ValueError, match=message):
+        bench(**arguments)
