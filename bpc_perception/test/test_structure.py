@@ -34,8 +34,8 @@ WITHOUT_KEY = {'mcap', 'rosbags', 'lz4', 'zstandard', 'ticlib', 'plotly', 'apsw'
 WITHOUT_KEY |= {'fastapi', 'starlette', 'uvicorn'}
 # Extras in setup.py, imported when asked for.
 EXTRAS = {'matplotlib', 'dask', 'distributed', 'pyarrow'}
-# The floor plan. A module imports from its own room and from those above it in this list, never from
-# those below. A room within a room may stand apart: the longest name that fits counts.
+# The floor plan. A module imports from its own room and from those above it in this list, never
+# from those below. A room within a room may stand apart: the longest name that fits counts.
 FLOOR_PLAN = {
     'bpc_perception': (
         'core.arrays', 'core.geometry', 'core.filters', 'core.parameter', 'core.robot',

@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 
 from bpc_perception.runtime.transport.dds_profiles import choose_profile
-
-from . import browser as browsers, command_line
-from .command_line import ROOT
-from .ros_graph import own_domain
+from bpc_system_tests.parts import browser as browsers, command_line
+from bpc_system_tests.parts.command_line import ROOT
+from bpc_system_tests.parts.ros_graph import own_domain
 
 # Inherited by every process that a test starts.
 os.environ['BPC_ROOT'] = str(ROOT)

@@ -907,7 +907,7 @@ def test_a_region_of_captures_keeps_its_place(graph: Any, tmp_path: Path) -> Non
 
 
 def test_an_unknown_back_end_is_refused(graph: Any) -> None:
-    with pytest.raises(ConfigError, match=r'back_end: expected one of .*bag.* found .*webcam'):
+    with pytest.raises(ValueError, match=r'back_end: expected one of .*bag.* found .*webcam'):
         graph.make(CameraDriverNode, back_end='webcam')
 
 
@@ -966,7 +966,7 @@ def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, numbers: list[sig
 
 
 FAILING = """
-from bpc_perception.nodes.run import run
+from bpc_perception.runtime.run import run
 from rclpy.node import Node
 
 class Failing(Node):
@@ -993,7 +993,7 @@ def test_a_node_that_fails_says_so_and_takes_its_process_with_it(
 
 HANGS = """
 import ctypes
-from bpc_perception.nodes.run import run
+from bpc_perception.runtime.run import run
 from rclpy.node import Node
 
 class Hangs(Node):
@@ -1026,7 +1026,7 @@ def test_a_child_whose_end_hangs_in_cpp_ends_all_the_same(
 
 TOLD = """
 import os, signal, sys, time
-from bpc_perception.nodes.run import run
+from bpc_perception.runtime.run import run
 import rclpy
 from rclpy.node import Node
 from std_msgs.msg import Empty
@@ -1072,7 +1072,7 @@ def test_told_to_end_while_it_starts_a_node_leaves_nothing_half_made(
 
 
 LISTENS = """
-from bpc_perception.nodes.run import run
+from bpc_perception.runtime.run import run
 from rclpy.node import Node
 from std_msgs.msg import Empty
 

@@ -33,7 +33,7 @@ from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.pose import pose_to_message
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
-from bpc_perception.messages.types import message_type
+from bpc_perception.messages.types import message_type, MessageTypeError
 from bpc_perception.nodes.path_recorder import PathRecorderNode
 from bpc_perception.recording.bag import Bag, BagError
 from bpc_perception.recording.bag_writer import BagWriter
@@ -251,7 +251,8 @@ def test_lbr_states_are_refused_where_they_are_not_installed(
         monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, 'lbr_fri_idl', None)
     monkeypatch.setitem(sys.modules, 'lbr_fri_idl.msg', None)
-    with pytest.raises(BagError, match='expected one that is installed, found lbr_fri_idl'):
+    with pytest.raises(MessageTypeError,
+                       match='expected one that is installed, found lbr_fri_idl'):
         FlangePoses(PoseConfig(source='lbr_state', robot='lbr_med_14'), BASE)
 
 

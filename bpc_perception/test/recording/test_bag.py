@@ -32,7 +32,11 @@ from bpc_perception.messages import topics  # noqa: E402
 from bpc_perception.messages.capture import capture_to_messages  # noqa: E402
 from bpc_perception.messages.path import path_to_message  # noqa: E402
 from bpc_perception.messages.profile import profile_to_message  # noqa: E402
-from bpc_perception.messages.types import message_definition  # noqa: E402
+from bpc_perception.messages.types import (  # noqa: E402
+    message_definition,
+    message_type,
+    MessageTypeError,
+)
 from bpc_perception.recording.bag import Bag, BagError  # noqa: E402
 from bpc_perception.recording.bag_writer import BagWriter  # noqa: E402
 from bpc_perception.recording.contents import (  # noqa: E402
@@ -319,7 +323,7 @@ def test_a_killed_writer_leaves_what_was_flushed(tmp_path: Path) -> None:
     script = f"""
 import os
 from std_msgs.msg import String
-from bpc_perception.bag import BagWriter
+from bpc_perception.recording.bag_writer import BagWriter
 writer = BagWriter({str(tmp_path / 'bag')!r})
 writer.add_topic('/words', {STRING!r})
 for i in range(5):
@@ -423,9 +427,9 @@ def test_a_damaged_sqlite_bag_is_refused(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize('name', ['no_such_msgs/msg/Thing', 'std_msgs/msg/Thing', 'Thing', '',
                                   'std_msgs/Thing'])
 def test_an_unknown_type_is_refused(name: str) -> None:
-    with pytest.raises(BagError, match=rf'expected one that is installed, found {name}'):
-        bag.message_type(name)
-    with pytest.raises(BagError, match=rf'expected one that is installed, found {name}'):
+    with pytest.raises(MessageTypeError, match=rf'expected one that is installed, found {name}'):
+        message_type(name)
+    with pytest.raises(MessageTypeError, match=rf'expected one that is installed, found {name}'):
         message_definition(name)
 
 
@@ -525,7 +529,8 @@ def test_all_that_was_recorded_of_the_poses_is_found(
     assert pose_topics(Bag(tmp_path / 'bag')) == {topics.POSE: Pose}
     with BagWriter(tmp_path / 'lbr') as writer:
         writer.add_topic('/lbr/state', 'lbr_fri_idl/msg/LBRState', b'float64 sample_time')
-    with pytest.raises(BagError, match='expected one that is installed, found lbr_fri_idl'):
+    with pytest.raises(MessageTypeError,
+                       match='expected one that is installed, found lbr_fri_idl'):
         pose_topics(Bag(tmp_path / 'lbr'))
 
 

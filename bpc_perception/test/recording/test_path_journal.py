@@ -221,7 +221,7 @@ def test_a_file_that_is_no_journal_is_none(tmp_path: Path, content: bytes) -> No
 
 KILLED = """
 import os, sys
-sys.path.insert(0, sys.argv[2])
+sys.path[:0] = sys.argv[2:]
 from pathlib import Path
 from test_path_journal import kept
 kept(Path(sys.argv[1]))
@@ -230,7 +230,8 @@ os.kill(os.getpid(), 9)
 
 
 def test_a_killed_process_leaves_all_that_it_kept(tmp_path: Path) -> None:
-    subprocess.run([sys.executable, '-c', KILLED, str(tmp_path), str(Path(__file__).parents[1])],
+    subprocess.run([sys.executable, '-c', KILLED, str(tmp_path), str(Path(__file__).parents[1]),
+                    str(Path(__file__).parent)],
                    check=False, timeout=60)
     path = resumed(tmp_path)
     assert path is not None

@@ -17,6 +17,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
 from bpc_perception.report import html, outputs
 from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.provenance import Provenance, versions
 
 MM = 1e-3
 START = 1_700_000_000_123_456_789  # a float of seconds keeps no nanoseconds of this
@@ -73,7 +74,7 @@ def log(results):
 
 @pytest.fixture
 def provenance():
-    return outputs.Provenance('prints/vase.mcap', 'cell.calib', {
+    return Provenance('prints/vase.mcap', 'cell.calib', {
         'method': 'paper', 'advice.dead_band': 0.03, 'offset': (0.0, math.nan)},
         {'bpc': '0.1.0'}, WidthTargets.constant(2.5 * MM), 'abc')
 

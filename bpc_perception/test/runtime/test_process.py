@@ -16,7 +16,7 @@ GIVE_WAY = """
 import os, threading
 import cv2
 from bpc_perception.core.config import ProcessConfig
-from bpc_perception.nodes.process import be_a_good_neighbour
+from bpc_perception.runtime.process import be_a_good_neighbour
 from rclpy.logging import get_logger
 
 stop = threading.Event()
@@ -35,7 +35,7 @@ assert os.environ['OPENBLAS_NUM_THREADS'] == '1'
 REFUSED = """
 import os
 from bpc_perception.core.config import ProcessConfig
-from bpc_perception.nodes import process
+from bpc_perception.runtime import process
 
 def refuse(*_):
     raise PermissionError('not permitted')
@@ -49,7 +49,7 @@ process.be_a_good_neighbour(ProcessConfig(niceness=-5), Logger())
 """
 KEEP = """
 import resource
-from bpc_perception.nodes.process import keep_memory
+from bpc_perception.runtime.process import keep_memory
 keep_memory()
 import numpy as np
 
@@ -72,7 +72,7 @@ print('ready', flush=True)
 os.kill(os.getpid(), 9)
 """
 ORPHAN = """
-from bpc_perception.nodes.process import end_with_parent
+from bpc_perception.runtime.process import end_with_parent
 end_with_parent()
 print('still there')
 """

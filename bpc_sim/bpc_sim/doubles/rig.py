@@ -1,7 +1,7 @@
 """A rig made of doubles that prints: what its camera sees, fixed beside the robot or in its hand.
 
 A process that imports ``zivid`` gets this rig's camera if a package of that name calls
-:func:`install`; see ``test/bpc_system_tests/test_rig.py``.
+:func:`install`; see ``test/bpc_system_tests/prints/test_rig.py``.
 """
 
 from __future__ import annotations

@@ -1,0 +1,335 @@
+"""The command line: what it refuses, what it explains, what it writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from bpc_perception.recording.bag import Bag
+from bpc_system_tests.parts.command_line import (
+    command,
+    OUTPUTS,
+    PATIENCE,
+    refusal,
+    run,
+    SAMPLE,
+    succeed,
+)
+from bpc_system_tests.parts.ros_graph import own_domain
+
+pytestmark = pytest.mark.system
+
+COMMANDS = ('demo', 'test', 'measure', 'replay', 'live', 'sim', 'record', 'study', 'bench',
+            'calibrate', 'check', 'compare', 'batch')
+SCENARIOS = ('spiral_gaps', 'line', 'ring', 'meander', 'archimedean', 'fermat')
+
+
+def test_help_names_every_command() -> None:
+    text = succeed('--help')
+    assert all(f'\n  {command} ' in text for command in COMMANDS)
+    assert succeed() == text
+
+
+@pytest.mark.parametrize('name', COMMANDS)
+def test_every_command_explains_itself(name: str) -> None:
+    text = succeed(name, '--help')
+    assert text.startswith(f'Usage: bpc {name} ')
+    assert '--help' in text
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize('loaded', ['typer', 'bpc_perception.cli', 'bpc_perception.runtime.run'])
+def test_told_to_end_while_it_loads_it_just_ends(tmp_path: Path, loaded: str,
+                                                 number: signal.Signals) -> None:
+    bag = tmp_path / 'bag'
+    python, *rest = command('record', '--out', bag)
+    # In the background of a script, where SIGINT is ignored. Python tells what it has loaded.
+    in_background = ['sh', '-c', 'trap "" INT; exec "$@"', 'sh']
+    with own_domain(), subprocess.Popen(
+            [*in_background, python, '-X', 'importtime', *rest], stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        try:
+            for line in process.stderr:
+                if line.split('|')[-1].strip() == loaded:
+                    break
+            process.send_signal(number)
+            _, said = process.communicate(timeout=PATIENCE)
+        finally:
+            process.kill()
+    assert process.returncode == (0 if (bag / 'metadata.yaml').exists() else 130)
+    assert 'Traceback' not in said
+
+
+# What C++ may do in its destructors: wait for what never comes, here with Python's lock as well.
+HANGS_AT_EXIT = """
+import ctypes
+import sys
+
+from bpc_perception.cli import main
+
+ctypes.CDLL(None).on_exit(ctypes.CDLL(None).pause, None)
+sys.argv = ['bpc', '--help']
+main()
+"""
+HANGS_WITHOUT_ROS = """
+import ctypes
+import sys
+
+import rclpy
+
+from bpc_perception.cli import main
+
+rclpy.try_shutdown = ctypes.PyDLL(None).pause
+sys.argv = ['bpc', 'record', '--out', sys.argv[1]]
+main()
+"""
+
+
+def test_who_hangs_at_its_exit_ends_all_the_same() -> None:
+    ended = subprocess.run([sys.executable, '-c', HANGS_AT_EXIT], stdin=subprocess.DEVNULL,
+                           capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert (ended.returncode, ended.stderr) == (-signal.SIGALRM, '')
+    assert ended.stdout == succeed('--help')
+
+
+def test_a_recorder_that_hangs_in_ending_ends_with_its_recording_whole(tmp_path: Path) -> None:
+    bag = tmp_path / 'bag'
+    with own_domain(), subprocess.Popen(
+            [sys.executable, '-c', HANGS_WITHOUT_ROS, bag], stdin=subprocess.DEVNULL,
+            stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stderr is not None
+            assert 'recording into' in process.stderr.readline()
+            process.terminate()
+            process.wait(PATIENCE)
+        finally:
+            process.kill()
+    assert process.returncode == -signal.SIGALRM
+    assert (bag / 'metadata.yaml').exists()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with things that a user may name by mistake."""
+    (tmp_path / 'empty').mkdir()
+    (tmp_path / 'text.txt').write_text('no recording\n')
+    (tmp_path / 'text.mcap').write_text('no recording, whatever its name says\n')
+    (tmp_path / 'text.db3').write_text('no recording, whatever its name says\n')
+    (tmp_path / 'zeros.mcap').write_bytes(bytes(4096))
+    (tmp_path / 'torn.yaml').write_text('thickness: {ros__parameters: [\n')
+    (tmp_path / 'unknown.yaml').write_text('thickness: {ros__parameters: {colour: 1}}\n')
+    (tmp_path / 'method.yaml').write_text('thickness: {ros__parameters: {method: guess}}\n')
+    (tmp_path / 'joints.yaml').write_text(
+        '/**: {ros__parameters: {pose: {source: joint_states}}}\n')
+    (tmp_path / 'list.yaml').write_text('- 1\n')
+    (tmp_path / 'mount.calib').write_text(
+        (SAMPLE / 'hand_eye.calib').read_text().replace('eye_on_base', 'eye_on_roof'))
+    (tmp_path / 'bare').mkdir()
+    shutil.copy(SAMPLE / 'spiral_gaps_0.mcap', tmp_path / 'bare')
+    return tmp_path
+
+
+# The arguments, and what the line has to name: what was expected, or found, or where.
+WRONG = {
+    'command': (['measures'], ['measures', '--help']),
+    'no bag': (['measure'], ['bpc measure', 'BAG']),
+    'unknown option': (['measure', SAMPLE, '--hand-eye', 'x'], ['--hand-eye']),
+    'option without value': (['measure', SAMPLE, '--out'], ['--out']),
+    'no out': (['measure', SAMPLE], ['--out']),
+    'capture no number': (['measure', SAMPLE, '--out', 'out', '--capture', 'two'],
+                          ['--capture', 'valid integer']),
+    'capture out of range': (['measure', SAMPLE, '--out', 'out', '--capture', 5],
+                             ['expected capture 5', 'found 0, 1, 2, 3, 4']),
+    'out is a file': (['measure', SAMPLE, '--out', 'text.txt'],
+                      ['text.txt', 'expected a folder', 'a file']),
+    'out below a file': (['measure', SAMPLE, '--out', 'text.txt/out'],
+                         ['text.txt/out', 'expected a folder', 'a file']),
+    'missing bag': (['measure', 'nowhere', '--out', 'out'],
+                    ['nowhere: expected a bag', 'found nothing']),
+    'folder without bag': (['measure', 'empty', '--out', 'out'],
+                           ['empty: expected a rosbag2 folder', 'found neither']),
+    'file of another kind': (['measure', 'text.txt', '--out', 'out'],
+                             ['text.txt: expected a rosbag2 folder', 'found neither']),
+    'text for MCAP': (['measure', 'text.mcap', '--out', 'out'],
+                      ['text.mcap', 'expected an MCAP file', 'found']),
+    'zeros for MCAP': (['measure', 'zeros.mcap', '--out', 'out'],
+                       ['zeros.mcap', 'expected an MCAP file', 'found']),
+    'text for sqlite3': (['measure', 'text.db3', '--out', 'out'],
+                         ['expected a complete sqlite3 bag', 'found']),
+    'no calibration in the bag': (['measure', 'bare', '--out', 'out'],
+                                  ['hand-eye', '--handeye FILE', 'hand_eye.calib', 'neither']),
+    'missing calibration': (['measure', SAMPLE, '--out', 'out', '--handeye', 'nowhere'],
+                            ['hand-eye', 'expected nowhere', 'found nothing']),
+    'calibration of unknown mount': (
+        ['measure', SAMPLE, '--out', 'out', '--handeye', 'mount.calib'],
+        ['mount.calib', 'expected calibration_type', "found 'eye_on_roof'"]),
+    'missing parameters': (['measure', SAMPLE, '--out', 'out', '--params', 'nowhere'],
+                           ['nowhere: expected a readable YAML file', 'No such file']),
+    'torn parameters': (['measure', SAMPLE, '--out', 'out', '--params', 'torn.yaml'],
+                        ['torn.yaml: expected a readable YAML file', 'found']),
+    'parameters of another form': (['measure', SAMPLE, '--out', 'out', '--params', 'list.yaml'],
+                                   ['list.yaml: expected ros__parameters']),
+    'unknown parameter': (['measure', SAMPLE, '--out', 'out', '--params', 'unknown.yaml'],
+                          ['colour: no such parameter']),
+    'parameter out of range': (['measure', SAMPLE, '--out', 'out', '--params', 'method.yaml'],
+                               ['method: expected one of', "found 'guess'"]),
+    'replay of a missing bag': (['replay', 'nowhere'], ['nowhere: expected a bag']),
+    'replay without speed': (['replay', SAMPLE, '--rate', 0, '--out', 'out'],
+                             ['rate: expected 0.01 to 100', 'found 0.0']),
+    'demo without speed': (['demo', '--rate', -1], ['rate: expected 0.01 to 100', 'found -1.0']),
+    'live without calibration': (['live'], ['--handeye']),
+    'live with a missing calibration': (['live', '--handeye', 'nowhere'],
+                                        ['nowhere', 'No such file']),
+    'live without a nozzle': (['live', '--handeye', SAMPLE / 'hand_eye.calib'],
+                              ['nozzle_offset: expected', 'found none', 'bpc calibrate nozzle']),
+    'live with a topic for nothing': (
+        ['live', '--handeye', SAMPLE / 'hand_eye.calib', '--params', SAMPLE / 'params.yaml',
+         '--remap', '/lbr/joint_states'], ['--remap: expected TOPIC:=OTHER', 'joint_states']),
+    'live with joints of no robot': (
+        ['live', '--handeye', SAMPLE / 'hand_eye.calib', '--params', 'joints.yaml'],
+        ['pose.robot: expected one of lbr_med_7', 'found none']),
+    'unknown scenario': (['sim', '--scenario', 'teapot'],
+                         ['scenario: expected one of', *SCENARIOS, "found 'teapot'"]),
+    'sim without speed': (['sim', '--speed', 0], ['speed: expected 0.1 to 500 mm/s', 'found 0']),
+    'sim without captures': (['sim', '--rate', 0], ['rate: expected more than 0']),
+    'sim with a target of no size': (['sim', '--record', 'bag', '--target', -1],
+                                     ['target_thickness: expected 0 to', 'found -0.001']),
+    'sim into a bag that exists': (['sim', '--record', 'bare'],
+                                   ['bare: expected a new bag', 'exists']),
+    'record without bag': (['record'], ['--out']),
+    'record with a calibration that is none': (
+        ['record', '--out', 'new', '--handeye', 'mount.calib'], ['eye_on_base', 'eye_on_roof']),
+    'record a robot that is not said': (
+        ['record', '--out', 'new', '--params', 'joints.yaml'],
+        ['pose.robot: expected one of lbr_med_7', 'found none']),
+    'record into a bag that exists': (['record', '--out', 'bare'],
+                                      ['bare: expected a new bag', 'exists']),
+    'unknown study': (['study', 'table9'], ['study: expected one of table1', 'found table9']),
+    'compare with nothing': (['compare', 'empty'], ['compare: expected two folders', 'found one']),
+    'compare what is no result': (['compare', 'empty', 'bare'],
+                                  ['empty: expected a folder with profile.csv', 'found no']),
+    'compare into no page': (['compare', 'empty', 'bare', '--out', 'page.pdf'],
+                             ['page.pdf: expected a name that ends in .html']),
+    'batch of a file': (['batch', 'text.txt', '--out', 'out'],
+                        ['text.txt: expected a folder, found none']),
+    'batch of nothing': (['batch', 'empty', '--out', 'out'],
+                         ['empty: expected recordings in it or below', 'found none']),
+    'quiet JSON': (['measure', SAMPLE, '--out', 'out', '--quiet', '--json'],
+                   ['expected --quiet or --json, found both']),
+    'study into no folder': (['study', 'table1', '--json', 'nowhere/rows.json'],
+                             ['nowhere/rows.json: expected', 'found none']),
+}
+
+
+@pytest.mark.usefixtures('ros_domain')
+@pytest.mark.parametrize(('arguments', 'words'), WRONG.values(), ids=WRONG)
+def test_what_cannot_be_done_is_refused_in_one_line(
+        arguments: list[object], words: list[str], folder: Path) -> None:
+    before = sorted(folder.rglob('*'))
+    line = refusal(*arguments, folder=folder)
+    assert line.startswith('bpc')
+    assert all(word in line for word in words), line
+    assert sorted(folder.rglob('*')) == before
+
+
+def test_earlier_outputs_outlive_a_refusal(folder: Path) -> None:
+    out = folder / 'out'
+    succeed('measure', SAMPLE, '--out', out)
+    before = {file.name: file.read_bytes() for file in out.iterdir()}
+    refusal('measure', SAMPLE, '--out', out, '--capture', 5)
+    assert {file.name: file.read_bytes() for file in out.iterdir()} == before
+
+
+def test_measure_leaves_three_files_and_names_them(measured_sample: Path) -> None:
+    assert {file.name for file in measured_sample.iterdir()} == OUTPUTS
+    captures = json.loads((measured_sample / 'summary.json').read_text())['captures']
+    assert [capture['capture'] for capture in captures] == [0, 1, 2, 3, 4]
+
+
+def test_measure_of_a_capture_is_that_of_all_captures(
+        measured_sample: Path, tmp_path: Path) -> None:
+    printed = succeed('measure', SAMPLE, '--out', tmp_path / 'all', '--all')
+    for name in OUTPUTS:
+        assert f'{tmp_path / "all" / name}\n' in printed
+    folders = {path.name for path in (tmp_path / 'all').iterdir() if path.is_dir()}
+    assert folders == {f'capture_{number:04d}' for number in range(5)}
+    last = (measured_sample / 'profile.csv').read_bytes()
+    assert (tmp_path / 'all' / 'profile.csv').read_bytes() == last
+    assert (tmp_path / 'all' / 'capture_0004' / 'profile.csv').read_bytes() == last
+
+    succeed('measure', SAMPLE, '--out', tmp_path / 'one', '--capture', 1)
+    one = tmp_path / 'one'
+    assert (one / 'profile.csv').read_bytes() == (
+        tmp_path / 'all' / 'capture_0001' / 'profile.csv').read_bytes()
+    assert json.loads((one / 'summary.json').read_text())['capture'] == 1
+    assert (one / 'profile.csv').stat().st_size < len(last)
+
+
+def test_scripts_get_json_and_figures(tmp_path: Path) -> None:
+    printed = succeed('measure', SAMPLE, '--out', tmp_path, '--json', '--figures')
+    events = [json.loads(line) for line in printed.splitlines()]
+    files = {str(path) for path in tmp_path.rglob('*') if path.is_file()}
+    assert {event['path'] for event in events if event['event'] == 'file'} == files
+    assert str(tmp_path / 'figures' / 'thickness.pdf') in files
+    captures = [event for event in events if event['event'] == 'capture']
+    assert [event['capture'] for event in captures] == [0, 1, 2, 3, 4]
+    assert captures[-1]['advice']['reason'] == 'UNDER_EXTRUSION'
+
+
+def test_prints_are_compared(measured_sample: Path, tmp_path: Path) -> None:
+    page = tmp_path / 'compare.html'
+    assert succeed('compare', measured_sample, measured_sample, '--out', page,
+                   '--quiet') == ''
+    assert '2 prints compared' in page.read_text()
+    assert list(tmp_path.iterdir()) == [page]
+
+
+def test_what_is_left_of_a_torn_recording_is_measured(
+        measured_sample: Path, tmp_path: Path) -> None:
+    torn = tmp_path / 'torn.mcap'
+    torn.write_bytes((SAMPLE / 'spiral_gaps_0.mcap').read_bytes()[:-200_000])
+    ended = run('measure', torn, '--handeye', SAMPLE / 'hand_eye.calib', '--params',
+                SAMPLE / 'params.yaml', '--out', tmp_path / 'out')
+    assert ended.returncode == 0
+    damage, incomplete = ended.stderr.splitlines()  # each said once
+    assert damage.startswith(f'bpc: {torn}: torn, read up to the damage')
+    assert incomplete.endswith('found no color/camera_info and no points/xyzrgba')
+    whole = json.loads((measured_sample / 'summary.json').read_text())['captures']
+    rest = json.loads((tmp_path / 'out' / 'summary.json').read_text())['captures']
+    assert [one['capture'] for one in rest] == [0, 1, 2, 3]
+    assert [one['counts'] for one in rest] == [one['counts'] for one in whole[:4]]
+
+
+def test_recorded_simulation_is_the_same_each_time(tmp_path: Path) -> None:
+    # Message by message: the bytes of a file differ where CDR leaves padding undefined.
+    bags = [tmp_path / name / 'print' for name in 'ab']
+    for bag in bags:
+        succeed('sim', '--scenario', 'line', '--speed', 25, '--record', bag)
+    files, others = ({file.name for file in bag.iterdir()} for bag in bags)
+    assert files == others == {'print_0.mcap', 'metadata.yaml', 'hand_eye.calib', 'params.yaml'}
+    for name in files - {'print_0.mcap'}:
+        assert (bags[0] / name).read_bytes() == (bags[1] / name).read_bytes()
+    messages, again = (list(bag.messages(set(bag.topics))) for bag in map(Bag, bags))
+    assert len(messages) > 600
+    assert messages == again
+
+
+@pytest.mark.accuracy
+def test_table_of_the_paper_is_met(tmp_path: Path) -> None:
+    file = tmp_path / 'rows.json'
+    printed = succeed('study', 'table1', '--json', file)
+    rows = json.loads(file.read_text())
+    assert all(set(row) == set(rows[0]) for row in rows)
+    assert all(isinstance(value, str | int | float) for row in rows for value in row.values())
+    paper = [row for row in rows if (row['drawing'], row['method']) == ('area', 'paper')]
+    assert [row['case'] for row in paper] == list(range(1, 9))
+    for row in paper:
+        assert 0.02 < row['MAE_mm'] < 0.06
+        assert row['print'] in printed

@@ -1,0 +1,80 @@
+"""Run as a program, makes the pictures in the README anew, from the sample recording.
+
+They are docs/overlay.png, docs/page.jpg and docs/report.jpg; the last two need a browser.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+import tempfile
+
+import cv2
+import numpy as np
+from selenium.webdriver import Chrome
+
+from bpc_perception.display.overlay import draw_overlay
+from bpc_system_tests.parts.browser import browsing, DESKTOP, missing, show_as
+from bpc_system_tests.parts.command_line import ROOT, SAMPLE, succeed
+from bpc_system_tests.parts.page_stage import Stage, staged
+from bpc_system_tests.parts.sample_print import sample_results
+
+DOCS = ROOT / 'docs'
+LARGEST = 200_000  # [bytes]
+QUALITIES = range(95, 40, -5)  # of JPEG
+NODES = ('camera_driver', 'path_recorder', 'thickness')
+
+
+def overlay() -> None:
+    """The last capture of the sample print."""
+    picture = draw_overlay(sample_results()[-1]) & 0xF0  # fewer colours, a smaller file
+    cv2.imwrite(str(DOCS / 'overlay.png'), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
+                [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+def page(stage: Stage) -> None:
+    """The live page after that capture."""
+    stage.open()
+    for capture in range(1, len(stage.results)):
+        stage.show(capture)
+    for name in NODES:
+        stage.printer.say(name)
+    stage.wait(lambda: stage.text('.area-nodes').count('ok') == len(NODES))
+    stage.wait(lambda: stage.driver.execute_script(
+        'const image = document.querySelector(".overlay img"); return image?.complete'))
+    height = int(stage.driver.execute_script('return document.body.scrollHeight'))
+    show_as(stage.driver, (DESKTOP[0], height))
+    stage.wait(lambda: stage.driver.execute_script(
+        'return document.querySelector(".chart canvas").width > 1000'))
+    save(stage.driver, 'page.jpg')
+
+
+def report(driver: Chrome) -> None:
+    """The top of the sample print's report."""
+    with tempfile.TemporaryDirectory() as folder:
+        succeed('measure', SAMPLE.relative_to(ROOT), '--out', folder, folder=ROOT)
+        show_as(driver, DESKTOP)
+        driver.get(Path(folder, 'report.html').as_uri())
+        save(driver, 'report.jpg')
+
+
+def save(driver: Chrome, name: str) -> None:
+    """What the browser shows, as good as it gets in a small file."""
+    picture = cv2.imdecode(np.frombuffer(driver.get_screenshot_as_png(), np.uint8),
+                           cv2.IMREAD_COLOR)
+    for quality in QUALITIES:
+        _, data = cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
+        if len(data) < LARGEST:
+            (DOCS / name).write_bytes(data.tobytes())
+            return
+    raise ValueError(f'{name}: expected less than {LARGEST} bytes, found {len(data)}')
+
+
+if __name__ == '__main__':
+    if lacking := missing():
+        raise SystemExit(lacking)
+    DOCS.mkdir(exist_ok=True)
+    overlay()
+    with browsing() as driver:
+        with staged(driver) as stage:
+            page(stage)
+        report(driver)
