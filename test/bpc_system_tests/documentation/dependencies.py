@@ -42,7 +42,8 @@ COMPATIBLE = {
 HEADER = """# Dependencies
 
 Made by `python test/bpc_system_tests/documentation/dependencies.py` from the
-locks in `bootstrap/` and from what the packages say of themselves. A test holds it to the locks, and every licence to those that are
+locks in `bootstrap/` and from what the packages say of themselves. A test holds it to the locks,
+and every licence to those that are
 compatible with Apache-2.0. bpc contains none of these packages; `./bpc` fetches them.
 `test/mcap_reader` has the licences of its four in its own lock.
 
