@@ -3,13 +3,13 @@
 import sys
 
 from bpc_perception.runtime.exit_status import INTERRUPTED
-from bpc_perception.runtime.signals import loading
+from bpc_perception.runtime.signals import exit_on_signal
 
 
 def main() -> None:
     """Load the command line, which takes a second, and run it."""
     try:
-        with loading():
+        with exit_on_signal():
             from bpc_perception import cli
         cli.main()
     except KeyboardInterrupt:

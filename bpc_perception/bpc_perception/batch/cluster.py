@@ -25,13 +25,13 @@ LOOPBACK = '127.0.0.1'
 
 
 def run(client: Client, todo: Sequence[Job],
-        told: Callable[[dict[str, Any], bool], None]) -> list[dict[str, Any]]:
+        on_progress: Callable[[dict[str, Any], bool], None]) -> list[dict[str, Any]]:
     """Measure recordings on a cluster; their rows, in order.
 
     Args:
         client: of the cluster, whose processes see the same files by the same names.
         todo: what to measure.
-        told: is told each row as it comes, and whether it had to be measured.
+        on_progress: is told each row as it comes, and whether it had to be measured.
     """
     futures = {client.submit(measure_one, job, pure=False): job for job in todo}
     rows = {}
@@ -42,7 +42,7 @@ def run(client: Client, todo: Sequence[Job],
         found, new = (future.result() if error is None else
                       (failed(job.name, DEFECT, repr(error)), True))
         rows[job.name] = found
-        told(found, new)
+        on_progress(found, new)
     return [rows[job.name] for job in todo]
 
 

@@ -57,11 +57,11 @@ def batch(
     count = min(workers or os.cpu_count() or 1, len(todo))
     with (terminal.progress('batch', len(todo)) as advance,
           cluster(scheduler, count) as client):
-        def told(row: dict[str, Any], new: bool) -> None:
+        def on_progress(row: dict[str, Any], new: bool) -> None:
             terminal.tell('print', in_words(row, new), **row, measured=new)
             advance()
 
-        rows = run(client, todo, told)
+        rows = run(client, todo, on_progress)
     terminal.files(write_table(out, rows))
     failed = [row for row in rows if row['exit_status']]
     if failed:

@@ -18,7 +18,7 @@ from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.messages import topics
 from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
-from bpc_perception.runtime.signals import loading
+from bpc_perception.runtime.signals import exit_on_signal
 
 MB = 1e6  # [bytes]
 
@@ -30,7 +30,7 @@ class Recording:
         self._terminal, self._out = terminal, out
         self._start = time.monotonic()
 
-    def told(self, counts: dict[str, int], size: int) -> None:
+    def on_progress(self, counts: dict[str, int], size: int) -> None:
         """Show the messages by topic and the size of the file [bytes]."""
         self._terminal.draw(lambda: self._words(counts, size))
 
@@ -78,13 +78,14 @@ def record(
     rules = [part for topic, other in remappings(remap).items()
              for part in ('-r', f'{topic}:={other}')]
     # Imported late: only this command needs ROS set up in this process.
-    with loading():
+    with exit_on_signal():
         from bpc_perception.nodes import bag_recorder
 
     level = ['--log-level', 'warn'] if quiet or json_lines else []
     sys.argv = [sys.argv[0], '--ros-args', '--disable-external-lib-logs', '-p', f'bag:={out}',
                 *settings, *rules, *level]
     with terminal.view():
-        bag_recorder.main(Recording(terminal, out).told if terminal.lively else None, beside)
+        on_progress = Recording(terminal, out).on_progress if terminal.lively else None
+        bag_recorder.main(on_progress, beside)
     if json_lines:
         terminal.files([out])

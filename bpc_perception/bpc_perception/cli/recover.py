@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from bpc_perception.recording import mcap_file
-from bpc_perception.recording.atomic import whole_bag
+from bpc_perception.recording.atomic import atomic_bag
 from bpc_perception.recording.bag import Bag, BagError
 from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
 
@@ -27,7 +27,7 @@ def recover(
     if any(file.suffix != '.mcap' for file in files):
         raise BagError(f'{bag}: expected a recording in MCAP files, found sqlite3')
     counts: Counter[str] = Counter()
-    with whole_bag(out) as writer:
+    with atomic_bag(out) as writer:
         for file in files:
             for message in mcap_file.messages(file):
                 if message.topic not in counts:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception.cli.parts.live_page import linger, PageOption, serving
+from bpc_perception.cli.parts.live_page import keep_page_open, PageOption, serving
 from bpc_perception.cli.parts.monitor import Monitor, monitoring
 from bpc_perception.cli.parts.options import (
     BagArgument,
@@ -108,7 +108,7 @@ def replay(
         monitor.spin_until(played)
         monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
         played_out = True
-        linger(page, terminal, monitor)
+        keep_page_open(page, terminal, monitor)
     # After Ctrl-C nothing can be said of what comes behind the last result.
     expected = len(stamps) if played_out else max(
         (number for number, stamp_ns in enumerate(stamps, 1)

@@ -34,20 +34,20 @@ QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
 class BagRecorderNode(Node):
     """Writes each message, still serialized, at the time it came.
 
-    ``told``, if any, is told the messages by topic and the size of the file after each flush;
-    what fails in it does not matter. ``beside`` are further files of the recording, name to
-    content.
+    ``on_progress``, if given, is called after each flush with the messages by topic and the size
+    of the file; what fails in it does not matter. ``beside`` are further files of the recording,
+    name to content.
 
     Attributes:
         failure: why the recording is not whole; empty = it is.
     """
 
-    def __init__(self, told: Callable[[dict[str, int], int], None] | None = None,
+    def __init__(self, on_progress: Callable[[dict[str, int], int], None] | None = None,
                  beside: Mapping[str, bytes] | None = None, **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
         config = NodeConfig(self, BagRecorderConfig()).value
         self.failure = ''
-        self._told = told
+        self._on_progress = on_progress
         self._diagnostics = Diagnostics(self)
         recorded = {}
         wanted = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
@@ -66,7 +66,7 @@ class BagRecorderNode(Node):
             self.create_subscription(kind, name, partial(self._write, full), qos, raw=True)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=steady_clock())
         self.create_timer(PLACE_PERIOD, self._look_for_it, clock=steady_clock())
-        # Last, since whoever is told to end while it makes a node leaves it half made.
+        # Last, since who is told to end while it makes a node leaves it half made.
         self._bag = BagWriter(config.bag)
         try:
             for full, type_name in recorded.items():
@@ -100,9 +100,9 @@ class BagRecorderNode(Node):
             self._fail(error)
         if self.failure:
             self._diagnostics.warn(self.failure)
-        elif self._told is not None:
+        elif self._on_progress is not None:
             with suppress(OSError):  # the terminal is gone, or what it asks the disk for
-                self._told(*self._bag.written)
+                self._on_progress(*self._bag.written)
         if self._needed and time.monotonic() > self._first_capture + PATIENCE:
             self._diagnostics.warn(
                 f'{" and ".join(sorted(self._needed))}: expected messages beside the captures, '
@@ -129,13 +129,13 @@ class BagRecorderNode(Node):
             super().destroy_node()
 
 
-def main(told: Callable[[dict[str, int], int], None] | None = None,
+def main(on_progress: Callable[[dict[str, int], int], None] | None = None,
          beside: Mapping[str, bytes] | None = None) -> None:
     """Run the node; exit with 2 if the recording is not whole."""
     made: list[BagRecorderNode] = []
 
     def bag_recorder() -> BagRecorderNode:
-        made.append(BagRecorderNode(told, beside))
+        made.append(BagRecorderNode(on_progress, beside))
         return made[0]
 
     run(bag_recorder, large_messages=True, fast_streams=True)

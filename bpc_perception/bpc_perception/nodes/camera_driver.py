@@ -18,7 +18,7 @@ from bpc_perception.messages.capture import capture_to_messages, snr_to_message
 from bpc_perception.runtime.clock import steady_clock
 from bpc_perception.runtime.managed_node import ACTIVE, ManagedNode
 from bpc_perception.runtime.parameters import NodeConfig
-from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
 
 POLL_PERIOD = 0.02  # how late a recorded capture may come [s]
@@ -40,7 +40,7 @@ class CameraDriverNode(ManagedNode):
         self._hand_over = hand_over
         self._config = NodeConfig(self, CameraConfig())
         if hand_over is None:  # or else the other node of this process has a say in that
-            be_a_good_neighbour(self._config.value.process, self.get_logger())
+            limit_cpu_use(self._config.value.process, self.get_logger())
         self._open = prepare_camera(self._config.value.back_end, self)
         self._camera: Camera | None = None
         self._outputs = [self.create_publisher(kind, name, topics.CAMERA_QOS)

@@ -32,7 +32,7 @@ from bpc_perception.page.server import PageServer
 from bpc_perception.runtime.clock import on_jump_back, steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig
-from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
 
 SERVICES = {'capture': 'capture', 'start': 'path_recorder/start', 'stop': 'path_recorder/stop',
@@ -51,7 +51,7 @@ class PageNode(Node):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('page', **kwargs)
         config = NodeConfig(self, PageConfig()).value
-        be_a_good_neighbour(config.process, self.get_logger())
+        limit_cpu_use(config.process, self.get_logger())
         self._diagnostics = Diagnostics(self)
         self._board = Board(lambda: self.get_clock().now().nanoseconds)
         self._packed: bytes | None = None  # the newest profile, as long as nobody looks

@@ -20,12 +20,12 @@ from bpc_perception.messages.path import path_to_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.nodes.parts.path_publisher import PathPublisher
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
-from bpc_perception.recording.atomic import inside, whole_bag
+from bpc_perception.recording.atomic import atomic_bag, inside
 from bpc_perception.recording.path_journal import OtherSettingsError, PathJournal
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig
-from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
 
 
@@ -36,7 +36,7 @@ class PathRecorderNode(Node):
         super().__init__('path_recorder', **kwargs)
         config = NodeConfig(self, RecorderConfig()).value
         self._config = config
-        be_a_good_neighbour(config.process, self.get_logger())
+        limit_cpu_use(config.process, self.get_logger())
         self._tip = np.array(config.nozzle_offset)
         self._tracker = PrintTracker(config.path)
         self._diagnostics = Diagnostics(self, watch=config.watch)
@@ -150,7 +150,7 @@ class PathRecorderNode(Node):
             return response
         try:
             target = inside(self._config.output_folder, path.print_id)
-            with whole_bag(target) as bag:
+            with atomic_bag(target) as bag:
                 bag.add_topic(f'/{topics.PATH}', topics.type_name(DepositionPath))
                 bag.write(f'/{topics.PATH}', self.get_clock().now().nanoseconds,
                           path_to_message(path, self._config.base_frame))

@@ -28,7 +28,7 @@ from bpc_perception.nodes.parts.views import Views
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig
-from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
 
 CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
@@ -44,7 +44,7 @@ class ThicknessNode(Node):
         super().__init__('thickness', **kwargs)
         self._config = NodeConfig(self, ThicknessConfig(), self._reconfigure)
         config = self._config.value
-        be_a_good_neighbour(config.process, self.get_logger())
+        limit_cpu_use(config.process, self.get_logger())
         hand_eye = load_hand_eye(config.hand_eye_file)
         self._session = Session(config, hand_eye)
         self._pairer = CapturePairer()

@@ -13,7 +13,7 @@ from bpc_perception.recording.bag_writer import BagWriter
 
 
 @contextmanager
-def whole_bag(target: str | Path) -> Iterator[BagWriter]:
+def atomic_bag(target: str | Path) -> Iterator[BagWriter]:
     """A writer whose bag appears at its place once it is complete, and never otherwise.
 
     Raises BagError where there is something already, OSError where it cannot be written.

@@ -61,13 +61,13 @@ def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None 
 def frames(log: PrintLog) -> list[dict[str, object]]:
     """The pictures to leaf through, of the capture reported without one: it is drawn in full."""
     found = []
-    for place in sorted({*log.film.pictures, log.place}):
+    for place in sorted({*log.thumbnails.pictures, log.place}):
         each = log.entries[place]
         told = ({'words': f'refused: {each["refusal"]}'} if 'refusal' in each else
                 {'words': f'{_mm(each["thickness_mean_mm"])} ± '
                           f'{_mm(each["thickness_std_mm"])}, {_share(each["coverage"])} known',
                  'capture': each['capture']})
-        picture = '' if place == log.place else data_uri(log.film.pictures[place], 'webp')
+        picture = '' if place == log.place else data_uri(log.thumbnails.pictures[place], 'webp')
         found.append({**told, 'time': _utc(each['stamp_ns']), 'source': picture})
     return found
 

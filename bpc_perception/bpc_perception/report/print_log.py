@@ -8,7 +8,7 @@ from typing import Any
 
 from bpc_perception.core.session import Result
 from bpc_perception.report.summary import result_entry
-from bpc_perception.report.thumbnails import Film
+from bpc_perception.report.thumbnails import Thumbnails
 
 
 @dataclass
@@ -23,7 +23,7 @@ class PrintLog:
         entries: what summary.json says of each capture, refused ones included.
         reported: the result that is reported; None as long as there is none.
         place: its position among the entries.
-        film: overlays of the captures.
+        thumbnails: overlays of the captures.
         warnings: what else has to be known of the measurement.
     """
 
@@ -32,11 +32,11 @@ class PrintLog:
     entries: list[dict[str, Any]] = field(default_factory=list)
     reported: Result | None = None
     place: int = -1
-    film: Film = field(init=False)
+    thumbnails: Thumbnails = field(init=False)
     warnings: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.film = Film(self.expected)
+        self.thumbnails = Thumbnails(self.expected)
 
     @classmethod
     def of(cls, results: Iterable[Result]) -> PrintLog:
@@ -51,7 +51,7 @@ class PrintLog:
         if result.profile is not None and self.wanted in (None, result.profile.capture):
             self.reported, self.place = result, len(self.entries)
         self.entries.append(result_entry(result))
-        self.film.add(result)
+        self.thumbnails.add(result)
 
     @property
     def refusals(self) -> list[str]:

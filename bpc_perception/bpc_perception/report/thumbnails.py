@@ -20,7 +20,7 @@ ROOM = 0.7  # below this share of what it may have, the next picture is larger
 GROW = 1.1
 
 
-class Film:
+class Thumbnails:
     """Overlays of captures as WebP files; the more there are, the smaller each of them is.
 
     Attributes:

@@ -93,7 +93,7 @@ class Heartbeat:
             os.write(self._pipe, self._sign)
 
 
-def be_a_good_neighbour(config: ProcessConfig, logger: RcutilsLogger) -> None:
+def limit_cpu_use(config: ProcessConfig, logger: RcutilsLogger) -> None:
     """Bound the threads of OpenCV and give way to others as the configuration says."""
     cv2.setNumThreads(config.threads)
     if config.niceness == 0:

@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from bpc_perception.runtime.exit_status import DEFECT, REFUSED
 from bpc_perception.runtime.process import end_with_parent, Heartbeat, keep_memory, open_heartbeat
 from bpc_perception.runtime.signals import end_in_time, ending_signals
-from bpc_perception.runtime.transport.dds_profiles import hearing
+from bpc_perception.runtime.transport.dds_profiles import receive_profile
 
 try:
     from rclpy.experimental import EventsExecutor
@@ -97,7 +97,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
 
 def _made(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
     try:
-        with hearing(large_messages):
+        with receive_profile(large_messages):
             made = make_node()
     except (ValueError, OSError, ParameterException) as error:
         print(f'{make_node.__name__}: {error}', file=sys.stderr)

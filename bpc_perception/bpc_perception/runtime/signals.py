@@ -23,7 +23,7 @@ def ending_signals() -> tuple[signal.Signals, ...]:
 
 
 @contextmanager
-def loading() -> Iterator[None]:
+def exit_on_signal() -> Iterator[None]:
     """While the block imports, ending signals just end the process; then they interrupt it.
 
     An exception might be swallowed by what is just being imported. Shells let what they start in

@@ -71,15 +71,15 @@ class Supervisor:
         silence, spoke = self._nodes.silence(name)
         life.ran |= spoke
         if self._nodes.ended(name):
-            self._mourn(name, life, self._nodes.end_of(name), now)
+            self._record_death(name, life, self._nodes.end_of(name), now)
             return DiagnosticStatus.ERROR
         if silence > HUNG:
             self._nodes.kill(name)
-            self._mourn(name, life, f'hung for {silence:.0f} s', now)
+            self._record_death(name, life, f'hung for {silence:.0f} s', now)
             return DiagnosticStatus.ERROR
         return DiagnosticStatus.OK if spoke and silence <= QUIET else DiagnosticStatus.STALE
 
-    def _mourn(self, name: str, life: _Life, cause: str, now: float) -> None:
+    def _record_death(self, name: str, life: _Life, cause: str, now: float) -> None:
         if self._nodes.status(name) == REFUSED and not life.ran:
             self._nodes.check()
         self._deaths.append((now, f'{name} {cause}'))

@@ -18,7 +18,7 @@ from bpc_perception.report import figures, html
 from bpc_perception.report.outputs import summarize
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
-from bpc_perception.report.thumbnails import decode, encode, Film, MOST
+from bpc_perception.report.thumbnails import decode, encode, MOST, Thumbnails
 
 MM = 1e-3
 NASTY = '</script><script>alert("1")</script>&<b>'
@@ -247,19 +247,19 @@ def test_pictures_stay_within_their_budget(result):
     noisy = Result(replace(result.capture, image=noise), refusal='noise')
     assert len(encode(noise, 10**6)[0]) > 600
     for expected in (40, None):
-        film = Film(expected, budget=12_000)
+        thumbnails = Thumbnails(expected, budget=12_000)
         for _ in range(40):
-            film.add(noisy)
-            assert sum(map(len, film.pictures.values())) <= 12_000
-        assert list(film.pictures) == list(range(40))
-        assert decode(film.pictures[0]).shape[1] > 10
+            thumbnails.add(noisy)
+            assert sum(map(len, thumbnails.pictures.values())) <= 12_000
+        assert list(thumbnails.pictures) == list(range(40))
+        assert decode(thumbnails.pictures[0]).shape[1] > 10
 
 
 def test_of_very_many_captures_some_are_pictured(result):
-    film = Film()
+    thumbnails = Thumbnails()
     for _ in range(2 * MOST + 3):
-        film.add(result)
-    numbers = list(film.pictures)
+        thumbnails.add(result)
+    numbers = list(thumbnails.pictures)
     assert MOST / 2 < len(numbers) <= MOST
     assert numbers[-1] == 2 * MOST + 2
     assert set(np.diff(numbers[:-1])) == {4}

@@ -16,14 +16,14 @@ GIVE_WAY = """
 import os, threading
 import cv2
 from bpc_perception.core.config import ProcessConfig
-from bpc_perception.runtime.process import be_a_good_neighbour
+from bpc_perception.runtime.process import limit_cpu_use
 from rclpy.logging import get_logger
 
 stop = threading.Event()
 other = threading.Thread(target=stop.wait)
 other.start()  # threads of the middleware are there before a node knows its parameters
 try:
-    be_a_good_neighbour(ProcessConfig(threads=2, niceness=7), get_logger('test'))
+    limit_cpu_use(ProcessConfig(threads=2, niceness=7), get_logger('test'))
     threads = [int(thread) for thread in os.listdir('/proc/self/task')]
     nice = {os.getpriority(os.PRIO_PROCESS, thread) for thread in threads}
 finally:
@@ -45,7 +45,7 @@ class Logger:
         print(text)
 
 os.setpriority = refuse
-process.be_a_good_neighbour(ProcessConfig(niceness=-5), Logger())
+process.limit_cpu_use(ProcessConfig(niceness=-5), Logger())
 """
 KEEP = """
 import resource

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 import yaml
 
-from bpc_perception.cli.parts.live_page import linger, PageOption, serving
+from bpc_perception.cli.parts.live_page import keep_page_open, PageOption, serving
 from bpc_perception.cli.parts.monitor import monitoring
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, SeparateOption
 from bpc_perception.cli.parts.terminal import Terminal
@@ -108,7 +108,7 @@ def print_open_loop(config: Any, rate: float, target: float, separate: bool,
             if not monitor.spin_until(complete, START_DELAY + job.duration + 10 + 2 / rate):
                 raise ValueError('expected a profile after the end of the print, found none; '
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
-            linger(page, terminal, monitor)
+            keep_page_open(page, terminal, monitor)
 
 
 def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Terminal,
@@ -158,7 +158,7 @@ def print_closed_loop(config: Any, actuator: str, rate: float, terminal: Termina
                                  f'{"; ".join(monitor.warnings) or "the nodes gave no reason"}')
             text = report(print_, list(monitor.profiles.values())[-1], actuator, rate)
             terminal.tell('report', text, text=text)
-            linger(page, terminal, monitor)
+            keep_page_open(page, terminal, monitor)
 
 
 def write_settings(folder: Path, hand_eye: dict[str, object],

@@ -15,7 +15,8 @@ from distributed import Client
 from pyarrow import parquet
 import pytest
 
-from bpc_perception.cli.batch import batch
+from bpc_perception.batch.cluster import cluster, run as run_batch
+from bpc_perception.batch.jobs import find_bags, find_jobs
 from bpc_system_tests.parts.command_line import run
 
 pytestmark = pytest.mark.system
@@ -43,7 +44,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope='module')
 def client() -> Iterator[Client]:
     """A cluster of two processes on this computer."""
-    with batch.cluster(None, 2) as client:
+    with cluster(None, 2) as client:
         yield client
 
 
@@ -53,14 +54,14 @@ def survived(client: Client, prints: Path, out: Path) -> tuple[list[dict[str, An
     processes = client.run(os.getpid)
     news: list[bool] = []
 
-    def told(_: dict[str, Any], new: bool) -> None:
+    def on_progress(_: dict[str, Any], new: bool) -> None:
         news.append(new)
         if len(news) == 1:
             # One has just said what it has; the other is in the middle of something.
             busy = [address for address, keys in client.processing().items() if keys]
             os.kill(processes[busy[0]], signal.SIGKILL)
 
-    rows = batch.run(client, batch.jobs(prints, out, None, None), told)
+    rows = run_batch(client, find_jobs(prints, out, None, None), on_progress)
     assert set(client.run(os.getpid).values()) != set(processes.values())
     return rows, news
 
@@ -91,7 +92,7 @@ def test_what_is_done_is_not_done_again(client: Client, prints: Path, out: Path)
     before = unchanged(out)
     news: dict[str, bool] = {}
     os.utime(prints / 'a' / 'print_2' / 'line_0.mcap', (1, 1))  # as if recorded anew
-    batch.run(client, batch.jobs(prints, out, None, None),
+    run_batch(client, find_jobs(prints, out, None, None),
               lambda row, new: news.update({row['bag']: new}))
     assert {name for name, new in news.items() if new} == {'a/print_2', BROKEN}
     after = unchanged(out)
@@ -138,7 +139,7 @@ def _sockets(process: int) -> list[str]:
 
 def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match='expected recordings in it or below, found none'):
-        batch.jobs(tmp_path, tmp_path / 'out', None, None)
+        find_jobs(tmp_path, tmp_path / 'out', None, None)
 
 
 def test_recordings_are_found_as_they_are_left(tmp_path: Path) -> None:
@@ -146,7 +147,7 @@ def test_recordings_are_found_as_they_are_left(tmp_path: Path) -> None:
                  'loose/a.mcap', 'loose/b.db3', 'loose/notes.txt', 'deep/er/er_0.db3'):
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / file).touch()
-    assert [str(bag.relative_to(tmp_path)) for bag in batch.find_bags(tmp_path)] == [
+    assert [str(bag.relative_to(tmp_path)) for bag in find_bags(tmp_path)] == [
         'deep/er', 'killed', 'loose/a.mcap', 'loose/b.db3', 'whole']
-    only, = batch.jobs(tmp_path / 'whole', tmp_path / 'out', None, None)
+    only, = find_jobs(tmp_path / 'whole', tmp_path / 'out', None, None)
     assert only.out == tmp_path / 'out' / 'whole'

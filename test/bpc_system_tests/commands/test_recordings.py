@@ -28,7 +28,7 @@ from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.nodes import bag_recorder
 from bpc_perception.nodes.bag_recorder import BagRecorderNode
-from bpc_perception.recording.atomic import inside, whole_bag
+from bpc_perception.recording.atomic import atomic_bag, inside
 from bpc_perception.recording.bag import Bag, BagError
 from bpc_perception.recording.bag_writer import BagWriter
 from bpc_perception.runtime.exit_status import REFUSED
@@ -180,13 +180,13 @@ def test_a_recovered_recording_has_the_index_that_a_torn_one_lacks(
 
 
 def test_nothing_is_put_over_another_recording(torn: Path) -> None:
-    with pytest.raises(BagError, match='expected a new bag'), whole_bag(torn):
+    with pytest.raises(BagError, match='expected a new bag'), atomic_bag(torn):
         pass
 
 
 def test_a_bag_that_fails_half_way_leaves_nothing(tmp_path: Path) -> None:
     def fail() -> None:
-        with whole_bag(tmp_path / 'bag') as writer:
+        with atomic_bag(tmp_path / 'bag') as writer:
             writer.add_topic('/words', STRING)
             writer.write('/words', 1, String())
             writer.flush()
@@ -324,13 +324,13 @@ def test_who_looks_on_a_recording_does_not_end_it(tmp_path: Path, ros_domain: in
     """As where the terminal is gone, or the disk's free space cannot be asked for."""
     looks: list[int] = []
 
-    def told(_: dict[str, int], size: int) -> None:
+    def on_progress(_: dict[str, int], size: int) -> None:
         looks.append(size)
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     graph = Graph(ros_domain)
     try:
-        graph.make(BagRecorderNode, told, bag=str(tmp_path / 'bag'))
+        graph.make(BagRecorderNode, on_progress, bag=str(tmp_path / 'bag'))
         graph.spin_until(lambda: len(looks) > 2)
     finally:
         graph.close()

@@ -24,7 +24,7 @@ import yaml
 
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.runtime.child_processes import Nodes
-from bpc_perception.runtime.transport.dds_profiles import choose_profile, hearing
+from bpc_perception.runtime.transport.dds_profiles import choose_profile, receive_profile
 from bpc_sim.printer.recording import hand_eye, parameters
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_system_tests.parts.command_line import command
@@ -102,7 +102,7 @@ def main() -> None:
     times: dict[str, list[float]] = {}
     choose_profile()
     with tempfile.TemporaryDirectory() as name, own_domain() as domain, ExitStack() as stack:
-        with hearing(large_messages=False):
+        with receive_profile(large_messages=False):
             listener = stack.enter_context(listening(domain))
         folder = Path(name)
         calibration, settings = folder / 'cell.calib', folder / 'cell.yaml'

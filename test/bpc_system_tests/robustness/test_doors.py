@@ -24,9 +24,9 @@ from bpc_perception.runtime.isolated_graph import Graph
 from bpc_perception.runtime.transport import dds_profiles
 from bpc_perception.runtime.transport.dds_profiles import (
     FOLDER,
-    hearing,
     PROFILES,
     RANGE,
+    receive_profile,
     VARIABLES,
     with_profile,
 )
@@ -295,7 +295,7 @@ def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.Monkey
         monkeypatch.setenv(name, str(profile))
     found = set()
     for _ in range(1000):
-        with hearing(large_messages=True):
+        with receive_profile(large_messages=True):
             (offset,), others = offsets(VARIABLES[0]), offsets(VARIABLES[1])
             assert others == [offset]
             found.add(int(offset or ''))
@@ -311,7 +311,7 @@ def test_nobody_removes_the_profile_of_a_process_that_reads_it(
         monkeypatch: pytest.MonkeyPatch) -> None:
     for name in VARIABLES:
         monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
-    with hearing(large_messages=True):
+    with receive_profile(large_messages=True):
         made = Path(os.environ[VARIABLES[0]])
         clean(made.parent, settled=0.0, among={made.name})
         assert made.exists()
@@ -321,7 +321,7 @@ def test_nobody_removes_the_profile_of_a_process_that_reads_it(
 def test_small_messages_are_heard_by_udp(monkeypatch: pytest.MonkeyPatch, profile: Path) -> None:
     for name in VARIABLES:
         monkeypatch.setenv(name, str(profile))
-    with hearing(large_messages=False):
+    with receive_profile(large_messages=False):
         rtps = ElementTree.parse(os.environ[VARIABLES[0]]).getroot().find(
             './/dds:participant/dds:rtps', NAMESPACE)
         assert rtps is not None
@@ -337,7 +337,7 @@ def test_who_has_no_udp_hears_small_messages_through_shared_memory(
     profile.write_text((FOLDER / 'local.xml').read_text().replace('UDPv4', 'SHM'))
     for name in VARIABLES:
         monkeypatch.setenv(name, str(profile))
-    with hearing(large_messages=False):
+    with receive_profile(large_messages=False):
         assert len(offsets(VARIABLES[0])) == 1
 
 
@@ -349,13 +349,13 @@ def test_a_profile_that_says_where_to_hear_is_left_as_it_is(
     """So is one that cannot be read, and none."""
     for variable in VARIABLES:
         monkeypatch.delenv(variable, raising=False)
-    with hearing(large_messages=True):
+    with receive_profile(large_messages=True):
         assert not any(variable in os.environ for variable in VARIABLES)
     profile = tmp_path / 'my.xml'
     if text is not None:
         profile.write_text(text, encoding='latin-1')
     monkeypatch.setenv(name, str(profile))
-    with hearing(large_messages=True):
+    with receive_profile(large_messages=True):
         assert os.environ[name] == str(profile)
 
 
@@ -364,7 +364,7 @@ def test_without_room_for_a_profile_the_port_is_as_ever(monkeypatch: pytest.Monk
     for name in VARIABLES:
         monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
     monkeypatch.setattr(dds_profiles, 'SHARED_MEMORY', tmp_path / 'none')
-    with hearing(large_messages=True):
+    with receive_profile(large_messages=True):
         assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
 
 
@@ -375,7 +375,7 @@ def test_a_profile_that_cannot_be_written_whole_is_not_used(
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
     try:
-        with hearing(large_messages=True):
+        with receive_profile(large_messages=True):
             assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -47,7 +47,7 @@ def serving(page: bool, terminal: Terminal, remappings: Mapping[str, str] | None
             terminal.warn(f'page: {error}')
 
 
-def linger(page: bool, terminal: Terminal, monitor: Monitor) -> None:
+def keep_page_open(page: bool, terminal: Terminal, monitor: Monitor) -> None:
     """Where a person is at a terminal, let the page be looked at until Ctrl-C."""
     if page and terminal.lively:
         terminal.say('The print has ended; nodes and page stay until Ctrl-C.')

@@ -26,7 +26,7 @@ from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.runtime.signals import ending_signals
-from bpc_perception.runtime.transport.dds_profiles import hearing
+from bpc_perception.runtime.transport.dds_profiles import receive_profile
 
 QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
 WARNINGS = 100  # kinds that are kept at most, the newest
@@ -168,7 +168,7 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     before = {number: signal.signal(number, lambda received, _: early.append(received))
               for number in ending_signals()}
     rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
-    with hearing(large_messages=False):
+    with receive_profile(large_messages=False):
         node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()
     executor.add_node(node)

@@ -90,7 +90,7 @@ class PrintMemory:
         self.last: _Remembered | None = None
 
 
-def measure_where_new(
+def measure_incrementally(
     capture: Capture, path: DepositionPath, T_base_camera: Array, bed: Plane,
     config: ThicknessConfig, memory: PrintMemory,
 ) -> tuple[SidePoints, StatusArray, Array]:

@@ -12,7 +12,7 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.bed import bed_plane
-from bpc_perception.core.measurement.incremental import measure_where_new, PrintMemory
+from bpc_perception.core.measurement.incremental import measure_incrementally, PrintMemory
 from bpc_perception.core.measurement.paper.method import measure_as_published
 from bpc_perception.core.measurement.scale import pixel_size
 from bpc_perception.core.measurement.side_points import between, nearest
@@ -65,7 +65,7 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         # Sections closer together than pixels see the same.
         step = min(int(pixel_size(capture, path.points, T_base_camera)
                        / typical_spacing(path.points)), len(path) // 3)
-        sides, status, sigma = measure_where_new(
+        sides, status, sigma = measure_incrementally(
             capture, path.every(step) if step > 1 else path, T_base_camera, bed, config,
             memory or PrintMemory())
         if step > 1:

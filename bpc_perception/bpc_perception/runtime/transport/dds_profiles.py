@@ -53,7 +53,7 @@ def choose_profile(captures: bool = False) -> None:
 
 
 @contextmanager
-def hearing(large_messages: bool) -> Iterator[None]:
+def receive_profile(large_messages: bool) -> Iterator[None]:
     """Let the participant that is made meanwhile hear where who is killed harms it least.
 
     Large messages: through shared memory, on another port than those before it. Otherwise a
