@@ -14,6 +14,7 @@ pytestmark = pytest.mark.ros
 
 GIVE_WAY = """
 import os, threading
+import bpc_perception.nodes
 import cv2
 from bpc_perception.core.config import ProcessConfig
 from bpc_perception.runtime.process import limit_cpu_use
