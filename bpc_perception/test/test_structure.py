@@ -40,8 +40,11 @@ FLOOR_PLAN = {
     'bpc_perception': (
         'core.arrays', 'core.geometry', 'core.filters', 'core.parameter', 'core.robot',
         'core.config', 'core.extruder', 'core.capture', 'core.path', 'core.profile',
-        'core.measurement.bed', 'core.measurement.scale', 'core.measurement.side_points',
-        'core.measurement.cross_section', 'core.measurement.paper', 'core.measurement',
+        'core.measurement.view', 'core.measurement.bed', 'core.measurement.scale',
+        'core.measurement.side_points', 'core.measurement.samples',
+        'core.measurement.cross_section.sections', 'core.measurement.cross_section.appearance',
+        'core.measurement.cross_section.edges', 'core.measurement.cross_section',
+        'core.measurement.paper', 'core.measurement',
         'core.advice', 'core.calibration', 'core.watch', 'core.session', 'core',
         'display', 'files', 'messages', 'recording', 'report', 'runtime.exit_status',
         'runtime.held_warnings', 'runtime.transport', 'runtime', 'drivers', 'page',

@@ -1,4 +1,4 @@
-"""The side points of a profile, found by either method."""
+"""The side points of a path, as either method finds them."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from bpc_perception.core.arrays import Array, Index
 
 @dataclass(frozen=True)
 class SidePoints:
-    """For each of N path points the nearest contour points on either side; NaN = none.
+    """For each of N path points the nearest edge of the ink on either side; NaN = none.
 
     Attributes:
-        left, right: (N, 3) the side points.
-        left_distance, right_distance: (N,) how far they lie from the path, along the surface
-            and across the direction of travel [m].
+        left, right: (N, 3) the side points in the base frame [m].
+        left_distance, right_distance: (N,) their distances from the path, along the surface and
+            across the direction of travel [m].
     """
 
     left: Array
@@ -24,13 +24,20 @@ class SidePoints:
     left_distance: Array
     right_distance: Array
 
-    def between(self, place: Array) -> SidePoints:
-        """At places (K,) between the path points, as fractions of an index."""
-        return SidePoints(*(between(getattr(self, field.name), place) for field in fields(self)))
+    def arrays(self) -> list[Array]:
+        """Return all arrays, in the order of the attributes."""
+        return [getattr(self, field.name) for field in fields(self)]
+
+    def at(self, place: Array) -> SidePoints:
+        """Return the side points at places (K,), which are fractions of an index."""
+        return SidePoints(*(interpolated(values, place) for values in self.arrays()))
 
 
-def between(values: Array, place: Array) -> Array:
-    """Values (N, ...) at places (K,) between them; next to NaN the nearest counts."""
+def interpolated(values: Array, place: Array) -> Array:
+    """Return values (N, ...) at places (K,), linear between two of them.
+
+    Beside NaN the nearest value counts.
+    """
     low = np.minimum(place.astype(np.intp), len(values) - 1)
     high = np.minimum(low + 1, len(values) - 1)
     share = (place - low).reshape(-1, *(1,) * (values.ndim - 1))
@@ -40,5 +47,5 @@ def between(values: Array, place: Array) -> Array:
 
 
 def nearest(place: Array, count: int) -> Index:
-    """Which of so many values is nearest to each place (K,)."""
+    """Return which of ``count`` values is nearest to each place (K,)."""
     return np.minimum(np.rint(place).astype(np.intp), count - 1)

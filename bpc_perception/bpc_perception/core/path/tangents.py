@@ -7,7 +7,7 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.geometry import unit_vectors
 
-TYPICAL = 1000  # points of a path tell what is typical of it
+TYPICAL_POINTS = 1000  # at most so many tell what is typical of a path
 
 
 def smoothed_tangents(points: Array, index: Index, length: float) -> Array:
@@ -39,7 +39,7 @@ def smoothed_tangents(points: Array, index: Index, length: float) -> Array:
 
 def typical_spacing(points: Array) -> float:
     """Distance between neighbours of a path (N, 3) [m]; never quite nothing."""
-    start = np.arange(0, len(points) - 1, 1 + len(points) // TYPICAL)
+    start = np.arange(0, len(points) - 1, 1 + len(points) // TYPICAL_POINTS)
     return max(float(np.median(np.linalg.norm(points[start + 1] - points[start], axis=1))), 1e-6)
 
 

@@ -1,87 +1,136 @@
-"""What is known of each sample of the sections."""
+"""What is known of each sample: a measured width, a gap, or the reason why there is neither."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats
-from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.filters import masked_median, running_median
-from bpc_perception.core.geometry import invert
-from bpc_perception.core.measurement.cross_section.appearance import (
-    Light,
+from bpc_perception.core.measurement.cross_section.appearance.appearance import Appearance
+from bpc_perception.core.measurement.cross_section.edges.edges import Edges
+from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
+from bpc_perception.core.measurement.cross_section.sections.lines import (
+    colours_at,
+    Lines,
+    pixels_along,
 )
-from bpc_perception.core.measurement.cross_section.edges import Edges
-from bpc_perception.core.measurement.cross_section.passes import meets_itself
-from bpc_perception.core.measurement.cross_section.sampling import (
-    project,
-    sample_image,
+from bpc_perception.core.measurement.cross_section.sections.sections import (
+    SAMPLE_STEP_PX,
+    Sections,
 )
-from bpc_perception.core.measurement.cross_section.sections import Sections, STEP
+from bpc_perception.core.measurement.view import View
 from bpc_perception.core.profile import Status, StatusArray
 
-ACROSS = np.arange(-2.0, 3.0)  # where ink is looked for beside the path [pixels]
-RIM = 0.1  # a centre this near to half ink is the end of a run, and not judged
+HALF = 0.5  # share of ink at an edge
+# A share this near to half is the end of a run of ink: it is neither ink nor bed.
+UNSURE = 0.1
+TYPICAL_HALF_LENGTH_M = 0.005  # of path over which the width to be expected is taken
+SIXTH = 6.0  # of a width: the middle third reaches so far to either side
+GAP_REACH = 2.4  # times that: so far to either side a gap must be bare, 0.4 of a width
+GAP_INK = 0.5  # times that: so much ink within it is no gap
+ACROSS_PX = np.arange(-2.0, 3.0)  # beside the path, where the end of a run is looked for
+LEAST_LEAN = 0.1  # of a pixel, that a ridge has to be shifted to hide anything
 
 
-def judge(sections: Sections, ink: Floats, left: Edges, right: Edges,
-          noisy: Flags) -> StatusArray:
-    """What is known of each sample (N,), from its share of ink (N, M) and its edges."""
+@dataclass(frozen=True)
+class Middle:
+    """What is seen where the bead is to be expected, around the path.
+
+    Attributes:
+        inked: (N,) whether there is ink in the middle third.
+        bare: (N,) whether there is bed in it, and no ink within 0.4 of the width.
+    """
+
+    inked: Flags
+    bare: Flags
+
+
+def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, noisy: Flags,
+          ending: Flags) -> StatusArray:
+    """Return what is known of each sample, as values of Status (N,).
+
+    Args:
+        sections: N sections with M samples each.
+        ink: (N, M) share of ink in each sample, NaN = not seen.
+        left: edges on the left.
+        right: edges on the right.
+        noisy: (N,) whether the image is too noisy to tell ink from bed.
+        ending: (N,) whether ink begins or ends within half a pixel along the path.
+    """
     width = left.distance + right.distance
-    # Of the middle third, so that a spot of glare on the path does no harm.
-    typical = running_median(width, 2 * round(0.005 / sections.spacing) + 1)
-    reach = np.fmax(typical / 6, sections.pixel)[:, None]
+    typical = typical_width(width, sections.spacing)
+    middle = look_at_middle(sections, ink, typical)
+    inked, gap = middle.inked, middle.bare & ~sections.raised
+    crossing = meets_other_pass(sections, typical, inked) | left.joined | right.joined
+    on_path = sections.on_path
+    # The first condition that holds counts.
+    conditions = (
+        (sections.hidden[:, on_path], Status.OCCLUDED),
+        (~sections.inside[:, on_path] | ~sections.depth, Status.NO_DATA),
+        (inked & crossing, Status.JUNCTION),
+        (noisy, Status.LOW_CONFIDENCE),
+        (inked & (left.hidden | right.hidden), Status.OCCLUDED),
+        (inked & (left.outside | right.outside), Status.NO_DATA),
+        (ending, Status.LOW_CONFIDENCE),
+        (inked & leans_over_gap(sections, gap & ~noisy), Status.LOW_CONFIDENCE),
+        (gap, Status.GAP),
+        (inked & np.isfinite(width), Status.MEASURED))
+    return np.select([holds for holds, _ in conditions], [status for _, status in conditions],
+                     Status.LOW_CONFIDENCE).astype(np.uint8)
+
+
+def typical_width(width: Array, spacing: float) -> Array:
+    """Return the width (N,) to be expected, from widths (N,) around along the path [m]."""
+    return running_median(width, 2 * round(TYPICAL_HALF_LENGTH_M / spacing) + 1)
+
+
+def look_at_middle(sections: Sections, ink: Floats, typical: Array) -> Middle:
+    """Look for ink in the middle third of a bead of typical width (N,) [m].
+
+    Not on the path alone: a spot of glare there does no harm. Where no width is to be expected, or
+    it is less than six pixels, a pixel to either side is looked at.
+    """
+    reach = np.fmax(typical / SIXTH, sections.pixel)[:, None]
     offset = np.abs(sections.offset)
-    middle = offset <= 2.4 * reach.max()
-    offset, around = offset[middle], ink[:, middle]
-    centre = masked_median(around, (offset <= reach) & np.isfinite(around))
-    status = np.full(len(width), Status.LOW_CONFIDENCE, np.uint8)
-    status[(centre >= 0.5 + RIM) & np.isfinite(width)] = Status.MEASURED
-    inky = np.count_nonzero((offset <= 2.4 * reach) & (around > 0.5 + RIM), axis=1)
-    bare = inky * STEP * sections.pixel < reach[:, 0] / 2
-    status[(np.abs(centre) <= 0.5 - RIM) & bare & ~sections.raised] = Status.GAP
-    inked = centre >= 0.5 + RIM
-    status[inked & (left.outside | right.outside)] = Status.NO_DATA
-    status[inked & (left.hidden | right.hidden)] = Status.OCCLUDED
-    status[noisy] = Status.LOW_CONFIDENCE
-    status[(status == Status.MEASURED) & leans_over_gap(sections, status)] = Status.LOW_CONFIDENCE
-    crossing = meets_itself(sections, typical, inked) | left.joined | right.joined
-    status[crossing & inked] = Status.JUNCTION
-    on_path = len(sections.offset) // 2
-    status[~sections.inside[:, on_path] | ~sections.depth] = Status.NO_DATA
-    status[sections.hidden[:, on_path]] = Status.OCCLUDED
-    return status
+    near = offset <= GAP_REACH * reach.max()
+    offset, share = offset[near], ink[:, near]
+    centre = masked_median(share, (offset <= reach) & np.isfinite(share))
+    inky = (offset <= GAP_REACH * reach) & (share > HALF + UNSURE)
+    ink_length = np.count_nonzero(inky, axis=1) * SAMPLE_STEP_PX * sections.pixel
+    return Middle(inked=centre >= HALF + UNSURE,
+                  bare=(np.abs(centre) <= HALF - UNSURE) & (ink_length < reach[:, 0] * GAP_INK))
 
 
-def ends_within_pixel(capture: Capture, sections: Sections, light: Light, T_base_camera: Array,
+def ends_within_pixel(view: View, sections: Sections, appearance: Appearance,
                       normal: Array) -> Flags:
-    """Where (N,) ink begins or ends within half a pixel along the path, before or behind.
+    """Return where (N,) ink begins or ends within half a pixel along the path, before or behind.
 
-    Whether there is ink at such a sample itself, no image can tell.
+    No image can say whether there is ink at such a sample itself.
     """
     step = sections.pixel / 2 * np.cross(sections.lateral, normal)
-    places = np.concatenate((sections.foot - step, sections.foot + step))
-    uv = project(capture, places, np.tile(sections.lateral, (2, 1)), ACROSS * sections.pixel,
-                 invert(T_base_camera))
-    colour = sample_image(capture.image, uv).reshape(2, len(step), -1, 3)
-    colour = colour - light.bed.mean(axis=0)[:, None]
-    share = np.sort(np.einsum('bnmk,nk->bnm', colour, light.weight), axis=2)
-    before, behind = share[..., len(ACROSS) // 2] > 0.5
+    lines = Lines(np.concatenate((sections.foot - step, sections.foot + step)),
+                  np.tile(sections.lateral, (2, 1)), ACROSS_PX * sections.pixel)
+    colour = colours_at(view.capture.image, pixels_along(view, lines))
+    from_bed = colour.reshape(2, len(step), -1, 3) - appearance.bed.mean(axis=0)[:, None]
+    share = np.sort(np.einsum('bnmk,nk->bnm', from_bed, appearance.weight), axis=2)
+    before, behind = share[..., len(ACROSS_PX) // 2] > HALF
     return np.asarray(before != behind)
 
 
-def leans_over_gap(sections: Sections, status: StatusArray) -> Flags:
-    """Where (N,) what looks like ink may be the end of a bead that hides a gap behind it.
+def leans_over_gap(sections: Sections, gap: Flags) -> Flags:
+    """Return where (N,) what looks like ink may be the end of a bead that hides a gap behind it.
 
     Seen obliquely along the path, the ridge of a bead's end covers the bed beyond.
     """
     arc = sections.index * sections.spacing
-    gaps = arc[status == Status.GAP]
+    gaps = arc[gap]
     if len(gaps) == 0:
-        return np.zeros(len(status), bool)
+        return np.zeros(len(gap), bool)
     after = np.searchsorted(gaps, arc)
     padded = np.concatenate(([-np.inf], gaps, [np.inf]))
     ahead, behind = padded[after + 1] - arc, arc - padded[after]
     reach = np.abs(sections.lean) + sections.spacing / 2
-    leaning = np.abs(sections.lean) > RIM * sections.pixel
+    leaning = np.abs(sections.lean) > LEAST_LEAN * sections.pixel
     return np.asarray(leaning & (np.where(sections.lean > 0, ahead, behind) < reach))

@@ -54,7 +54,7 @@ def containing_contour(points: Array, contours: list[Array]) -> Index:
     return found
 
 
-def side_points(path: Array, tangent: Array, contours: list[Array], containing: Index,
+def cut_contours(path: Array, tangent: Array, contours: list[Array], containing: Index,
                 normal: Array) -> SidePoints:
     """Nearest intersections of each path point's cut plane with its contour, on either side.
 

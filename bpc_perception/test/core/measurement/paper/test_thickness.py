@@ -11,8 +11,8 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.measurement.paper.thickness import (
     containing_contour,
+    cut_contours,
     fit_plane,
-    side_points,
 )
 from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.path.tangents import smoothed_tangents, tangents
@@ -32,7 +32,7 @@ def flat(polygon: list[tuple[float, float]]) -> Array:
 
 def sides_of(path: Array, contours: list[Array], normal: Array = UP) -> SidePoints:
     inside = np.zeros(len(path), np.intp)
-    return side_points(path, tangents(path), contours, inside, normal)
+    return cut_contours(path, tangents(path), contours, inside, normal)
 
 
 BAND = flat([(0, -1), (10, -1), (10, 2), (0, 2)])  # 3 wide, 1 to the right of the x axis
@@ -209,12 +209,12 @@ def test_the_nearest_of_several_intersections_counts(reverse: bool) -> None:
 
 def test_another_contour_does_not_count() -> None:
     near = flat([(0, 0.2), (10, 0.2), (10, 0.4), (0, 0.4)])
-    sides = side_points(ALONG, tangents(ALONG), [near, BAND], np.ones(9, np.intp), UP)
+    sides = cut_contours(ALONG, tangents(ALONG), [near, BAND], np.ones(9, np.intp), UP)
     np.testing.assert_allclose(sides.left_distance, 2)
 
 
 def test_points_in_no_contour_have_no_side_points() -> None:
-    sides = side_points(ALONG, tangents(ALONG), [BAND], np.full(9, -1, np.intp), UP)
+    sides = cut_contours(ALONG, tangents(ALONG), [BAND], np.full(9, -1, np.intp), UP)
     assert np.isnan(sides.left).all()
     assert np.isnan(sides.right_distance).all()
 
@@ -241,7 +241,7 @@ def test_a_vertex_on_the_cut_plane_gives_one_place() -> None:
 
 
 def test_without_a_tangent_there_are_no_side_points() -> None:
-    sides = side_points(ALONG, np.full_like(ALONG, np.nan), [BAND], np.zeros(9, np.intp), UP)
+    sides = cut_contours(ALONG, np.full_like(ALONG, np.nan), [BAND], np.zeros(9, np.intp), UP)
     assert np.isnan(sides.left).all()
 
 

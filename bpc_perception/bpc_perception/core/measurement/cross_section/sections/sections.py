@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.filters import running_median
-from bpc_perception.core.measurement.scale import WINDOW
+from bpc_perception.core.measurement.scale import steady_window
 
-STEP = 0.5  # between samples of a section [pixels]
+SAMPLE_STEP_PX = 0.5  # between samples of a section
+# The fields with one entry a section, along their first axis.
+PER_SECTION = ('index', 'foot', 'lateral', 'lean', 'inside', 'hidden', 'depth', 'raised', 'beside',
+               'foreign', 'colour')
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,7 @@ class Sections:
 
     Attributes:
         index: (N,) of the path points.
-        foot: (N, 3) points of the surface below the nozzle tip [m].
+        foot: (N, 3) points of the surface below the nozzle tip, in the base frame [m].
         lateral: (N, 3) unit vectors along the surface to the left.
         lean: (N,) how far a bead's ridge seems to be shifted along the path, seen from where
             the camera stands, positive forward [m]; 0 where its height is not known.
@@ -51,22 +54,24 @@ class Sections:
     colour: Floats
 
     def every(self, step: int) -> Sections:
-        """Only every so manieth of the sections."""
-        chosen = slice(None, None, step)
-        return Sections(
-            self.index[chosen], self.foot[chosen], self.lateral[chosen], self.lean[chosen],
-            self.offset, self.pixel, self.spacing * step, self.inside[chosen],
-            self.hidden[chosen], self.depth[chosen], self.raised[chosen], self.beside[chosen],
-            self.clearance[:, chosen], self.foreign[chosen], self.colour[chosen])
+        """Return every ``step``-th section."""
+        thinned = {name: getattr(self, name)[::step] for name in PER_SECTION}
+        return replace(self, **thinned, clearance=self.clearance[:, ::step],
+                       spacing=self.spacing * step)
 
     @property
     def visible(self) -> Flags:
         """Where (N, M) the surface is seen."""
         return self.inside & ~self.hidden
 
-    def steady(self, values: Array) -> Array:
-        """Running median (N, ...) along the path of values (N, ...) with NaN = unknown.
+    @property
+    def on_path(self) -> int:
+        """Which of the M samples lies on the path."""
+        return len(self.offset) // 2
 
-        Unknown stretches take what is known nearest by; all NaN where nothing is.
+    def steady(self, values: Array) -> Array:
+        """Return the running median (N, ...) of values (N, ...) over the steady length of path.
+
+        Unknown stretches, NaN, take the nearest known values; all is NaN where nothing is known.
         """
-        return running_median(values, 2 * round(WINDOW / 2 / self.spacing) + 1)
+        return running_median(values, steady_window(self.spacing))

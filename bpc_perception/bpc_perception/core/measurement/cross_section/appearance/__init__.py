@@ -1,0 +1,1 @@
+"""Step 2: what ink and bed look like, and how much of each sample is ink."""

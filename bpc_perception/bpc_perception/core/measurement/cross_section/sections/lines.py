@@ -1,0 +1,91 @@
+"""What camera and cloud show along straight lines across the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bpc_perception.core.arrays import Array, Floats
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.measurement.view import View
+
+KNOT_STEP = 8  # every n-th sample is projected; between them the line is straight in the image
+LONGEST_SIDE_PX = 30_000  # of an image that OpenCV can make
+
+
+@dataclass(frozen=True)
+class Lines:
+    """N lines, each with M samples.
+
+    Attributes:
+        foot: (N, 3) where each meets the path, in the base frame [m].
+        lateral: (N, 3) unit vectors along them, to the left of the direction of travel.
+        offset: (M,) distances of the samples from the feet, positive left, evenly spaced [m].
+    """
+
+    foot: Array
+    lateral: Array
+    offset: Array
+
+    def every(self, step: int) -> Lines:
+        """Return every ``step``-th line."""
+        return Lines(self.foot[::step], self.lateral[::step], self.offset)
+
+
+def pixels_along(view: View, lines: Lines) -> Floats:
+    """Return the pixels (2, N, M) of the samples of lines; NaN = not in front of the camera."""
+    origin = transform(view.T_camera_base, lines.foot)
+    direction = lines.lateral @ view.T_camera_base[:3, :3].T
+    count, step = len(lines.offset), lines.offset[1] - lines.offset[0]
+    knots = lines.offset[0] + np.arange(count // KNOT_STEP + 2) * KNOT_STEP * step
+    uv = view.capture.camera.pixels(origin[:, None] + knots[:, None] * direction[:, None])
+    start = np.moveaxis(uv, -1, 0).astype(np.float32)[..., None]
+    share = np.arange(KNOT_STEP, dtype=np.float32) / KNOT_STEP
+    between = start[:, :, :-1] + share * np.diff(start, axis=2)
+    return np.ascontiguousarray(between.reshape(2, len(lines.foot), -1)[..., :count])
+
+
+def colours_at(image: NDArray[np.uint8], uv: Floats) -> Floats:
+    """Return RGB (N, M, 3) of an image (H, W, 3) at pixels (2, N, M), bilinear between its own.
+
+    What lies outside the image gets the colour of its border.
+    """
+    # Only the part of the image that the pixels are in is made floating point.
+    last = np.array(image.shape[1::-1]) - 1
+    u0, v0 = np.clip(np.nan_to_num(np.fmin.reduce(uv, axis=(1, 2))), 0, last).astype(int)
+    u1, v1 = np.clip(np.nan_to_num(np.fmax.reduce(uv, axis=(1, 2))), 0, last).astype(int)
+    region = image[v0:v1 + 2, u0:u1 + 2].astype(np.float32)
+    return _remap(region, uv - np.array((u0, v0), np.float32)[:, None, None], cv2.INTER_LINEAR,
+                  cv2.BORDER_REPLICATE)
+
+
+def points_at(cloud: Floats, uv: Floats) -> Floats:
+    """Return points (N, M, 3) of a cloud (H, W, 3) at the nearest pixels (2, N, M); NaN = none."""
+    return _remap(cloud, uv, cv2.INTER_NEAREST, cv2.BORDER_CONSTANT)
+
+
+def heights(view: View, points: Floats, lines: Lines, normal: Array) -> Floats:
+    """Return how high (N, M) points (N, M, 3) of the camera's frame lie above the feet [m]."""
+    axis = view.T_camera_base[:3, :3] @ normal
+    below = (transform(view.T_camera_base, lines.foot) @ axis).astype(np.float32)
+    return np.asarray(cv2.transform(points, axis[None]), np.float32) - below[:, None]
+
+
+def distances_along(view: View, points: Floats, lines: Lines) -> Floats:
+    """Return how far along their lines (N, M) points (N, M, 3) of the camera's frame lie [m]."""
+    from_foot = points - transform(view.T_camera_base, lines.foot)[:, None].astype(np.float32)
+    across = (lines.lateral @ view.T_camera_base[:3, :3].T).astype(np.float32)
+    return np.asarray(np.matmul(from_foot, across[:, :, None])[..., 0], np.float32)
+
+
+def _remap(values: Floats, uv: Floats, interpolation: int, border: int) -> Floats:
+    """Return values (N, M, 3) of an image (H, W, 3) at pixels (2, N, M)."""
+    rows = uv.shape[1]
+    blocks = [slice(start, start + LONGEST_SIDE_PX) for start in range(0, rows, LONGEST_SIDE_PX)]
+    return np.concatenate([
+        np.asarray(cv2.remap(values, uv[0, block], uv[1, block], interpolation,
+                             borderMode=border, borderValue=(np.nan,) * 3), np.float32)
+        for block in blocks])
