@@ -1,46 +1,117 @@
-"""From measured thickness to rate advice: what the command has to be for the bead to be right.
+"""From measured thickness to rate advice: the command that makes the bead right.
 
 The factors advised are on the command in force at the capture's stamp. Each width is held against
-the flow and the speed that laid it, so what the controller has changed since counts as
-done although it is not seen yet: the delay of measuring can neither make the loop
-unstable nor have a deviation corrected twice.
+the flow and the speed that laid it. So what the controller has changed since counts as done
+although it is not seen yet: the delay of measuring can neither make the loop unstable nor have a
+deviation corrected twice.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bpc_perception.core.advice.delivery_filter import Delivery, PRIOR_SIGMA
-from bpc_perception.core.advice.observations import Finding, PrintRecord, REACH
+from bpc_perception.core.advice.correction import correct, Situation
+from bpc_perception.core.advice.delivery_filter import Delivery
+from bpc_perception.core.advice.laid import REACH
+from bpc_perception.core.advice.observations import Finding, Observations
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.advice.window import laid_before, look_back, Window
 from bpc_perception.core.config import AdviceConfig
 from bpc_perception.core.path.deposition_path import DepositionPath
-from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
+from bpc_perception.core.profile import ThicknessProfile
 
 LIFE_PERIODS = 2  # periods between captures that advice holds: one capture may be missed
-GRACE = 0.5  # and so much longer, for its way from the capture to the controller [s]
-DELAY = 0.5  # from a capture until its advice has an effect [s]
-# Whose first capture comes later in a print, in lifetimes of advice, may have had a predecessor.
+GRACE_S = 0.5  # and so much longer, for its way from the capture to the controller
+DELAY_S = 0.5  # from a capture until its advice has an effect
+PERIODS_KEPT = 3  # between captures, the newest
+# If the first capture comes later in a print, in lifetimes of advice, another advisor may have
+# advised before.
 LATE_LIVES = 3
-LONGEST_LAG = 5.0  # looked ahead for [s]
-# In which a flow behind a long lag is to be right: so many seconds, or periods between captures.
-HORIZON, HORIZON_PERIODS = 3.0, 1.0
+LONGEST_LAG_S = 5.0  # that is looked ahead for
 
 
-@dataclass(frozen=True)
-class _Window:
-    """The newest stretch on which ink was to be laid, and what is measured there."""
+@dataclass
+class _Command:
+    """The command in force at a capture's stamp; NaN = not known yet.
 
-    extent: tuple[float, float]
-    count: int
-    coverage: float
-    width: float
-    offset: float
-    age: float
-    longest_gap: float
+    Attributes:
+        volume: commanded per length of path.
+        speed: of the nozzle [m/s].
+        reference_time: before the stamp, over which both were averaged [s].
+    """
+
+    volume: float = np.nan
+    speed: float = np.nan
+    reference_time: float = np.nan
+
+
+@dataclass
+class _Print:
+    """What is kept of the print that is advised on.
+
+    Attributes:
+        print_id: of the print.
+        stamp_ns: of the capture before, or when the print started [ns].
+        points: how many path points there were at the capture before.
+        valid_until_ns: end of the newest advice's life [ns].
+        late: whether another advisor may have advised before, and nothing was done about it yet.
+        periods: newest times between captures [s].
+        advised: whether there was advice before.
+        correcting: whether the newest advice asked for a change.
+        blind_until: arc length; what was laid before says nothing of the rate in force [m].
+        prior: logarithm of the gain for which the print was set up; NaN = not known.
+        observations: what captures and path say together; None before the first with a command.
+        command: in force.
+    """
+
+    print_id: str
+    stamp_ns: int
+    points: int
+    valid_until_ns: int
+    late: bool
+    periods: list[float] = field(default_factory=list)
+    advised: bool = False
+    correcting: bool = False
+    blind_until: float = -np.inf
+    prior: float = np.nan
+    observations: Observations | None = None
+    command: _Command = field(default_factory=_Command)
+
+    @classmethod
+    def begun(cls, profile: ThicknessProfile, lifetime: float) -> _Print:
+        """Begin with a print whose first capture gave this profile; advice lives so long [s]."""
+        lifetime_ns = round(lifetime * 1e9)
+        late = profile.stamp_ns - profile.print_start_ns > LATE_LIVES * lifetime_ns
+        # Advice that may still be in force is no older than it lives.
+        stamp_ns = profile.stamp_ns - lifetime_ns if late else profile.print_start_ns
+        return cls(profile.print_id, stamp_ns, 0, profile.print_start_ns, late)
+
+    def next_capture(self, stamp_ns: int, points: int) -> float:
+        """Take note of a capture; return the time since the one before [s]."""
+        elapsed = (stamp_ns - self.stamp_ns) * 1e-9
+        self.periods = [*self.periods[1 - PERIODS_KEPT:], elapsed] if self.advised else []
+        self.stamp_ns, self.points, self.advised = stamp_ns, points, True
+        return elapsed
+
+    @property
+    def until_effect(self) -> float:
+        """Time from the capture until the middle of what its advice is going to lay [s]."""
+        return float(np.median(self.periods or [0.0]) / 2 + DELAY_S)
+
+    def begin_anew(self, path: DepositionPath) -> bool:
+        """Forget all observations if the rate is not recorded: nobody knows if it is changed now.
+
+        Return whether that was so.
+        """
+        assert self.observations is not None
+        if self.observations.rate_known:
+            return False
+        self.blind_until = path.arc_length[-1] + self.command.speed * self.until_effect
+        self.observations = Observations(path, self.blind_until)
+        return True
 
 
 class Advisor:
@@ -52,20 +123,13 @@ class Advisor:
         targets: thickness wanted along the path; None = ``target_thickness`` everywhere.
     """
 
-    _record: PrintRecord | None
-    _periods: list[float]
-    _advised: bool
-    _late: bool
-    _blind_until: float
-
     def __init__(self, targets: WidthTargets | None = None) -> None:
         self._targets = targets
-        self._print_id: str | None = None
-        self._stamp_ns = self._points = 0
+        self._print: _Print | None = None
 
     def advise(self, profile: ThicknessProfile, path: DepositionPath,
                config: AdviceConfig) -> RateAdvice:
-        """Advice after a capture.
+        """Return advice after a capture.
 
         Args:
             profile: what was measured in it.
@@ -74,188 +138,141 @@ class Advisor:
         """
         covered = path.covers(profile.stamp_ns)
         path = path.until(profile.stamp_ns)
-        again = profile.stamp_ns < self._stamp_ns or len(path) < self._points
-        if profile.print_id != self._print_id or again:
-            self._begin(profile, config.lifetime)
-        self._points = len(path)
-        profile = _laid_before(profile, config.acquisition_time)
-        window = _look(profile, config.window, self._blind_until)
-        elapsed = (profile.stamp_ns - self._stamp_ns) * 1e-9
-        self._periods = [*self._periods[-2:], elapsed] if self._advised else []
-        self._stamp_ns, self._advised = profile.stamp_ns, True
-        finding = self._find(path, profile, config) if path.extruding.any() else None
+        current = self._print = self._print_of(profile, path, config.lifetime)
+        profile = laid_before(profile, config.acquisition_time)
+        window = look_back(profile, config.window, current.blind_until)
+        elapsed = current.next_capture(profile.stamp_ns, len(path))
+        finding = self._find(current, path, profile, config)
         delivery = finding.models.estimate() if finding is not None else None
-        target = self._target(window.extent[1] if delivery is None else path.arc_length[-1]
-                              + self._speed * (self._until_effect
-                                               + min(delivery.lag, LONGEST_LAG)), config)
-        refusal = self._refusal(window, path, finding, covered, np.isnan(target), config)
-        if self._late and finding is not None:
-            self._late = False
-            if self._forget(path) and refusal is None:
+        target = self._target_ahead(current, window, path, delivery, config)
+        refusal = _refusal(current, window, path, finding, covered, np.isnan(target), config)
+        if current.late and finding is not None:
+            current.late = False
+            if current.begin_anew(path) and refusal is None:
                 refusal = Reason.NOT_ENOUGH_DATA
-        if refusal not in (Reason.STALE_DATA, Reason.NO_TARGET):
-            self._valid_until_ns = profile.stamp_ns + round(1e9 * min(
-                config.lifetime, LIFE_PERIODS * max(self._periods, default=np.inf) + GRACE))
-        advice = RateAdvice(
-            stamp_ns=profile.stamp_ns, print_id=profile.print_id, valid=refusal is None,
-            reason=Reason.ON_TARGET if refusal is None else refusal, target_thickness=target,
-            measured_thickness=window.width, window=window.extent, sample_count=window.count,
-            flow_rate_scale=1.0, speed_scale=1.0, confidence=0.0, measurement_age=window.age,
-            valid_until_ns=self._valid_until_ns)
+        advice = _unchanged(current, profile, window, target, refusal, config.lifetime)
         if finding is None or delivery is None:
             return advice
-        advice = replace(
-            advice, reference_time=self._reference_time,
-            expected_thickness=float(np.exp((delivery.gain + np.log(self._commanded)) / 2)),
-            delivery=float(np.exp(delivery.gain - self._prior)),
-            delivery_sigma=delivery.gain_sigma, lag=delivery.lag, lag_sigma=delivery.lag_sigma)
+        advice = _with_delivery(advice, current, delivery)
         if refusal is not None:
-            self._correcting = False
+            current.correcting = False
             return advice
-        return self._correct(advice, finding, delivery, path, elapsed, config)
+        return _corrected(advice, current, finding, delivery, path, elapsed, config)
 
-    def _begin(self, profile: ThicknessProfile, lifetime: float) -> None:
-        self._print_id = profile.print_id
-        self._record = None
-        self._prior = np.nan
-        # In force at the stamp: volume per length, and speed [m/s].
-        self._commanded = self._speed = self._reference_time = np.nan
-        self._periods = []
-        self._stamp_ns = self._valid_until_ns = profile.print_start_ns
-        lifetime_ns = round(lifetime * 1e9)
-        self._late = profile.stamp_ns - self._stamp_ns > LATE_LIVES * lifetime_ns
-        if self._late:  # advice that may still be in force is no older than it lives
-            self._stamp_ns = profile.stamp_ns - lifetime_ns
-        self._advised = self._correcting = False
-        self._blind_until = -np.inf  # what was laid before says nothing of the rate in force [m]
+    def _print_of(self, profile: ThicknessProfile, path: DepositionPath,
+                  lifetime: float) -> _Print:
+        """Return what is kept of the print, or begin a new one."""
+        known = self._print
+        if (known is None or profile.print_id != known.print_id
+                or profile.stamp_ns < known.stamp_ns or len(path) < known.points):
+            return _Print.begun(profile, lifetime)
+        return known
 
     def _target(self, arc_length: float, config: AdviceConfig) -> float:
         if self._targets is not None:
             return float(self._targets.at(arc_length))
         return config.target_thickness or np.nan
 
-    def _find(self, path: DepositionPath, profile: ThicknessProfile,
+    def _target_ahead(self, current: _Print, window: Window, path: DepositionPath,
+                      delivery: Delivery | None, config: AdviceConfig) -> float:
+        """Return the thickness wanted where the advice is going to take effect [m]; NaN = none."""
+        if delivery is None:
+            return self._target(window.extent[1], config)
+        ahead = current.until_effect + min(delivery.lag, LONGEST_LAG_S)
+        return self._target(path.arc_length[-1] + current.command.speed * ahead, config)
+
+    def _find(self, current: _Print, path: DepositionPath, profile: ThicknessProfile,
               config: AdviceConfig) -> Finding | None:
-        """How much arrives, and the command in force; None without a target or a command."""
-        record = self._record = self._record or PrintRecord(path)
-        record.take(path, profile)
-        laying = np.flatnonzero(record.laying)
+        """Find how much arrives, and the command in force; None without a target or a command."""
+        if not path.extruding.any():
+            return None
+        observations = current.observations = current.observations or Observations(path)
+        observations.take(path, profile)
+        laid = observations.laid
+        laying = np.flatnonzero(laid.laying)
         if len(laying) == 0:
             return None
-        if np.isnan(self._prior):
+        if np.isnan(current.prior):
             # The print was set up so that what it begins with makes what is wanted there.
-            target = self._target(path.arc_length[laying[0]], config)
-            first = laying[path.arc_length[laying] <= path.arc_length[laying[0]] + config.window]
-            self._prior = float(2 * np.log(target) - np.log(np.median(record.commanded[first])))
-        if np.isnan(self._prior):
+            start = path.arc_length[laying[0]]
+            first = laying[path.arc_length[laying] <= start + config.window]
+            current.prior = float(2 * np.log(self._target(start, config))
+                                  - np.log(np.median(laid.volume[first])))
+        if np.isnan(current.prior):
             return None
         last = int(laying[-1])
-        self._commanded, self._speed = record.commanded[last], record.speed[last]
-        self._reference_time = float((profile.stamp_ns - path.start_ns) * 1e-9
-                                     - path.time[max(last - REACH, 0)])
-        return record.find(self._commanded * self._speed, self._prior, config.clog_drop)
-
-    @property
-    def _until_effect(self) -> float:
-        """Time from the capture until the middle of what this advice is going to lay [s]."""
-        return float(np.median(self._periods or [0.0]) / 2 + DELAY)
-
-    def _refusal(self, window: _Window, path: DepositionPath, finding: Finding | None,
-                 covered: bool, aimless: bool, config: AdviceConfig) -> Reason | None:
-        """Why nothing is to be changed; None = nothing speaks against it."""
-        if aimless:
-            return Reason.NO_TARGET
-        if self._record is not None and self._record.stalled(path):
-            return Reason.EXTRUDER_FAULT
-        if not covered:
-            return Reason.STALE_DATA
-        if window.longest_gap >= config.gap_length:
-            return Reason.GAP_DETECTED
-        if abs(window.offset) > config.maximum_offset:
-            return Reason.PATH_OFFSET
-        if (window.count < config.minimum_samples or window.coverage < config.minimum_coverage
-                or finding is None):
-            return Reason.NOT_ENOUGH_DATA
-        if window.age > config.stale_after:
-            return Reason.STALE_DATA
-        if finding.fallen >= config.gap_length:
-            return Reason.CLOG_SUSPECTED
-        return None
-
-    def _correct(self, advice: RateAdvice, finding: Finding, delivery: Delivery,
-                 path: DepositionPath, elapsed: float, config: AdviceConfig) -> RateAdvice:
-        """Valid advice: the factors that reach the target, as far as they are allowed."""
-        assert self._record is not None
-        area, present = 2 * np.log(advice.target_thickness), np.log(self._commanded)
-        # Of the recent past, lest a corner be taken for what is to come.
-        speed, command = np.log(self._record.means(config.window))
-        horizon = max(HORIZON, HORIZON_PERIODS * max(self._periods, default=0.0))
-        # Volume per length that reaches the target: by the flow at this speed, and by the speed
-        # at this flow, which a lag does not delay. Both stay in proportion to what the print was
-        # set up with, however often advice is followed.
-        wanted = np.array((
-            finding.models.rate_for(area + speed, finding.flow, horizon) - speed,
-            area + command - finding.models.after(
-                float(np.exp(command)), finding.flow, self._until_effect)))
-        least, most = np.log((config.minimum_scale, config.maximum_scale))
-        nominal = area - self._prior
-        believed = np.clip(wanted, nominal + least, nominal + most)
-        confidence = 1 / (1 + (delivery.gain_sigma / PRIOR_SIGMA)**2)
-        advice = replace(advice, confidence=confidence)
-        band = 2 * np.log1p(config.dead_band) / (3 if self._correcting else 1)
-        self._correcting = bool(np.abs(wanted - present).max() > band)
-        changes = np.zeros(2)
-        if self._correcting:
-            step = config.slew_rate * elapsed
-            asked = confidence * (believed - present) * (1, -1)  # the speed goes against the flow
-            changes = np.clip(asked, max(least, -step), min(most, step))
-            if (changes != asked).any() or (believed != wanted).any():
-                reason = Reason.LIMITED
-            else:
-                reason = (Reason.UNDER_EXTRUSION if wanted[0] > present
-                          else Reason.OVER_EXTRUSION)
-            advice = replace(advice, reason=reason)
-            self._forget(path)
-        flow_scale, speed_scale = np.exp(changes).tolist()
-        last = int(np.flatnonzero(path.extruding)[-1])
-        return replace(
-            advice, flow_rate_scale=flow_scale, speed_scale=speed_scale,
-            flow_rate=float(path.flow_rate[last]) * flow_scale,
-            plunger_velocity=float(path.plunger_velocity[last]) * flow_scale,
-            speed=float(self._speed) * speed_scale)
-
-    def _forget(self, path: DepositionPath) -> bool:
-        """Begin anew where the rate is not recorded: whether it is changed now nobody knows."""
-        assert self._record is not None
-        if self._record.rate_known:
-            return False
-        self._blind_until = path.arc_length[-1] + self._speed * self._until_effect
-        self._record = PrintRecord(path, self._blind_until)
-        return True
+        current.command = _Command(
+            laid.volume[last], laid.speed[last],
+            float((profile.stamp_ns - path.start_ns) * 1e-9 - path.time[max(last - REACH, 0)]))
+        return observations.find(current.command.volume * current.command.speed, current.prior,
+                                 config.clog_drop)
 
 
-def _laid_before(profile: ThicknessProfile, acquisition_time: float) -> ThicknessProfile:
-    """The profile without what was laid while the camera looked: not yet there is no gap."""
-    began = (profile.stamp_ns - profile.print_start_ns) * 1e-9 - acquisition_time
-    return replace(profile, status=np.where(
-        profile.time > began, Status.NO_DATA, profile.status).astype(np.uint8))
+def _refusal(current: _Print, window: Window, path: DepositionPath, finding: Finding | None,
+             covered: bool, aimless: bool, config: AdviceConfig) -> Reason | None:
+    """Return why nothing is to be changed; None = nothing speaks against it."""
+    stalled = current.observations is not None and current.observations.stalled(path)
+    too_little = (window.count < config.minimum_samples
+                  or window.coverage < config.minimum_coverage or finding is None)
+    fallen = finding is not None and finding.fallen >= config.gap_length
+    # The first condition that holds counts.
+    conditions = (
+        (aimless, Reason.NO_TARGET),
+        (stalled, Reason.EXTRUDER_FAULT),
+        (not covered, Reason.STALE_DATA),
+        (window.longest_gap >= config.gap_length, Reason.GAP_DETECTED),
+        (abs(window.offset) > config.maximum_offset, Reason.PATH_OFFSET),
+        (too_little, Reason.NOT_ENOUGH_DATA),
+        (window.age > config.stale_after, Reason.STALE_DATA),
+        (fallen, Reason.CLOG_SUSPECTED))
+    return next((reason for holds, reason in conditions if holds), None)
 
 
-def _look(profile: ThicknessProfile, length: float, start: float) -> _Window:
-    """The newest stretch of path of this length, after ``start``, where ink was to be laid."""
-    extruding = profile.extruding & (profile.arc_length >= start)
-    ends = profile.arc_length[extruding]
-    extent = (float(max(ends[-1] - length, profile.arc_length[0], start)),
-              float(ends[-1])) if len(ends) else (np.nan, np.nan)
-    inside = ((profile.arc_length >= extent[0]) & (profile.arc_length <= extent[1])
-              & extruding)
-    measured = inside & (profile.status == Status.MEASURED)
-    count = int(measured.sum())
-    gaps = run_extents(inside & (profile.status == Status.GAP), profile.arc_length)
-    longest_gap = float(np.diff(gaps).max(initial=0))
-    if not count:
-        return _Window(extent, 0, 0.0, np.nan, np.nan, np.nan, longest_gap)
-    age = (profile.stamp_ns - profile.print_start_ns) * 1e-9 - float(profile.time[measured][-1])
-    return _Window(
-        extent, count, count / int(inside.sum()), float(np.median(profile.thickness[measured])),
-        float(np.median(profile.left[measured] - profile.right[measured])) / 2, age, longest_gap)
+def _unchanged(current: _Print, profile: ThicknessProfile, window: Window, target: float,
+               refusal: Reason | None, lifetime: float) -> RateAdvice:
+    """Return advice that changes nothing, and prolong its life unless the data is no good."""
+    if refusal not in (Reason.STALE_DATA, Reason.NO_TARGET):
+        life = min(lifetime, LIFE_PERIODS * max(current.periods, default=np.inf) + GRACE_S)
+        current.valid_until_ns = profile.stamp_ns + round(1e9 * life)
+    return RateAdvice(
+        stamp_ns=profile.stamp_ns, print_id=profile.print_id, valid=refusal is None,
+        reason=Reason.ON_TARGET if refusal is None else refusal, target_thickness=target,
+        measured_thickness=window.width, window=window.extent, sample_count=window.count,
+        flow_rate_scale=1.0, speed_scale=1.0, confidence=0.0, measurement_age=window.age,
+        valid_until_ns=current.valid_until_ns)
+
+
+def _with_delivery(advice: RateAdvice, current: _Print, delivery: Delivery) -> RateAdvice:
+    """Return advice that says what is known of the delivery."""
+    command = current.command
+    return replace(
+        advice, reference_time=command.reference_time,
+        expected_thickness=float(np.exp((delivery.gain + np.log(command.volume)) / 2)),
+        delivery=float(np.exp(delivery.gain - current.prior)),
+        delivery_sigma=delivery.gain_sigma, lag=delivery.lag, lag_sigma=delivery.lag_sigma)
+
+
+def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: Delivery,
+               path: DepositionPath, elapsed: float, config: AdviceConfig) -> RateAdvice:
+    """Return valid advice: the factors that reach the target, as far as they are allowed."""
+    assert current.observations is not None
+    # Of the recent past: a corner now says nothing of what is to come.
+    speed, rate = np.log(current.observations.means(config.window))
+    correction = correct(
+        Situation(area=2 * np.log(advice.target_thickness), speed=speed, rate=rate,
+                  volume=np.log(current.command.volume), prior=current.prior,
+                  correcting=current.correcting, elapsed=elapsed,
+                  longest_period=max(current.periods, default=0.0),
+                  until_effect=current.until_effect),
+        finding, delivery, config)
+    current.correcting = correction.reason != Reason.ON_TARGET
+    if current.correcting:
+        current.begin_anew(path)
+    flow_scale, speed_scale = correction.flow_scale, correction.speed_scale
+    last = int(np.flatnonzero(path.extruding)[-1])
+    return replace(
+        advice, reason=correction.reason, confidence=correction.confidence,
+        flow_rate_scale=flow_scale, speed_scale=speed_scale,
+        flow_rate=float(path.flow_rate[last]) * flow_scale,
+        plunger_velocity=float(path.plunger_velocity[last]) * flow_scale,
+        speed=float(current.command.speed) * speed_scale)

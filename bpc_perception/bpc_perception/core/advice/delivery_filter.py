@@ -19,20 +19,20 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
 
-# Each model has one of each. Lags [s]; unevenness of the bead as standard deviation of the
-# logarithm of w^2, twice that of the width; drift of the logarithm of the gain [m^-1/2].
-LAGS = (0.0, 0.25, 0.5, 0.7, 1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 16.0)
+# There is a model for each combination of these.
+LAGS_S = (0.0, 0.25, 0.5, 0.7, 1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 16.0)
+# Of the bead, as standard deviation of the logarithm of w^2, which is twice that of the width.
 UNEVENNESS = (0.03, 0.07, 0.15, 0.3, 0.5)
-DRIFTS = (0.05, 0.4)
-DEAD_TIME, DEAD_TIME_SIGMA = 0.2, 0.1  # before a command has any effect [s]
-LAG_SIGMA = 0.02  # relative, between the lags above
+DRIFTS = (0.05, 0.4)  # of the logarithm of the gain [m^-1/2]
 
-# Least and most of what holds the target that may be commanded for a while to get there.
+DEAD_TIME_S, DEAD_TIME_SIGMA_S = 0.2, 0.1  # before a command has any effect
+LAG_SIGMA = 0.02  # relative, between the lags above
+# Least and most that may be commanded for a while to reach the target, over what holds it.
 LEAD = (0.6, 1.6)
-CORRELATION_LENGTH = 5e-3  # of the unevenness along the path [m]: e-fold of 0.82 a millimetre
-MEMORY = 0.5  # length of path over which the record of a model fades [m]
+CORRELATION_LENGTH_M = 5e-3  # of the unevenness: 0.82 of it is left after a millimetre
+MEMORY_M = 0.5  # length of path over which the record of a model fades
 PRIOR_SIGMA = 0.3  # of the logarithm of the gain, around what the print was set up for
-OUTLIER = 3.0  # deviations of more standard deviations than this count as this many
+OUTLIER_SIGMAS = 3.0  # a larger deviation counts as this many standard deviations
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Delivery:
 
 
 class DeliveryFilter:
-    """The models and what they know; ``copy`` gives one that goes its own way.
+    """The models and what they know.
 
     Args:
         prior: logarithm of the gain for which the print was set up.
@@ -61,7 +61,7 @@ class DeliveryFilter:
     """
 
     def __init__(self, prior: float, prior_sigma: float = PRIOR_SIGMA) -> None:
-        lag, uneven, drift = np.meshgrid(np.arange(len(LAGS)), UNEVENNESS, DRIFTS, indexing='ij')
+        lag, uneven, drift = np.meshgrid(np.arange(len(LAGS_S)), UNEVENNESS, DRIFTS, indexing='ij')
         self._lag: NDArray[np.intp] = lag.ravel()
         self._uneven: Array = uneven.ravel()**2
         self._drift: Array = drift.ravel()**2
@@ -75,9 +75,9 @@ class DeliveryFilter:
         self._odds = np.zeros(count)
 
     def move(self, length: float) -> None:
-        """Go on along the path by a length [m]."""
-        keep = np.exp(-length / CORRELATION_LENGTH)
-        fade = np.exp(-length / MEMORY)
+        """Move on along the path by a length [m]."""
+        keep = np.exp(-length / CORRELATION_LENGTH_M)
+        fade = np.exp(-length / MEMORY_M)
         self._p_gain = self._p_gain + self._drift * length
         self._deviation = keep * self._deviation
         self._p_both = keep * self._p_both
@@ -85,7 +85,7 @@ class DeliveryFilter:
         self._odds = fade * self._odds  # towards equal odds
 
     def expect(self, flow: Array, spread: Array) -> tuple[float, float]:
-        """Mean and standard deviation of log w^2 that the models foretell.
+        """Return mean and standard deviation of log w^2 that the models foretell.
 
         Args:
             flow: (L,) logarithm of the ink per length behind each lag.
@@ -99,11 +99,11 @@ class DeliveryFilter:
         return together, float(np.sqrt(weight @ variance))
 
     def update(self, observed: float, flow: Array, spread: Array) -> None:
-        """Take a measured log w^2; arguments as for ``expect``."""
+        """Learn from a measured log w^2; arguments as for ``expect``."""
         variance = self._p_gain + 2 * self._p_both + self._p_deviation + spread[self._lag]
         sigma = np.sqrt(variance)
         surprise = observed - flow[self._lag] - self._gain - self._deviation
-        surprise = np.clip(surprise, -OUTLIER * sigma, OUTLIER * sigma)
+        surprise = np.clip(surprise, -OUTLIER_SIGMAS * sigma, OUTLIER_SIGMAS * sigma)
         self._odds = self._odds - np.log(sigma) - surprise**2 / (2 * variance)
         self._odds -= self._odds.max()
         share_gain = (self._p_gain + self._p_both) / variance
@@ -116,15 +116,15 @@ class DeliveryFilter:
             self._p_deviation - share_deviation**2 * variance)
 
     def estimate(self) -> Delivery:
-        """What the models say together."""
+        """Return what the models say together."""
         weight = self._weights
         gain = float(weight @ self._gain)
-        lags = np.array(LAGS)[self._lag]
+        lags = np.array(LAGS_S)[self._lag]
         lag = float(weight @ lags)
         return Delivery(gain, self.gain_sigma, lag, float(weight @ (lags - lag)**2)**0.5)
 
     def after(self, command: float, flow: Array, horizon: float) -> float:
-        """Logarithm of what arrives, at the horizon [s], if the command stays as it is.
+        """Return the logarithm of what arrives at the horizon if the command stays as it is.
 
         Args:
             command: in force.
@@ -135,24 +135,29 @@ class DeliveryFilter:
             self._gain + np.log(lagged(flow, command, horizon))[self._lag]))
 
     def rate_for(self, wanted: float, flow: Array, horizon: float) -> float:
-        """Logarithm of the command after which the log of what arrives is ``wanted``.
+        """Return the logarithm of the command that makes what arrives the wanted at the horizon.
 
         Behind a long lag that is more, for a while, than what holds it there.
+
+        Args:
+            wanted: logarithm of what is to arrive.
+            flow: (L,) behind each lag now.
+            horizon: time from now [s].
         """
-        left = lagged(np.ones(len(LAGS)), 0.0, horizon)[self._lag]
+        left = lagged(np.ones(len(LAGS_S)), 0.0, horizon)[self._lag]
         present = np.exp(self._gain - wanted) * flow[self._lag]
         share = np.clip((1 - left * present) / (1 - left), *LEAD)
         return float(self._weights @ (wanted - self._gain + np.log(share)))
 
     @property
     def gain_sigma(self) -> float:
-        """Standard deviation of the logarithm of the gain."""
+        """The standard deviation of the logarithm of the gain."""
         weight = self._weights
         gain = weight @ self._gain
         return float(np.sqrt(weight @ (self._p_gain + (self._gain - gain)**2)))
 
     def branch(self) -> DeliveryFilter:
-        """A filter that goes on from here; this one stays."""
+        """Return a filter that goes on from here; this one stays as it is."""
         return copy(self)
 
     @property
@@ -162,18 +167,25 @@ class DeliveryFilter:
 
 
 def lagged(delivered: Array, command: float, elapsed: float) -> Array:
-    """Flow behind each lag (L,) after the command has stood for a time [s]."""
-    lags = np.array(LAGS)
+    """Return the flow behind each lag (L,) after the command has stood for a time [s].
+
+    Args:
+        delivered: (L,) flow before.
+        command: in force.
+        elapsed: for how long [s].
+    """
+    lags = np.array(LAGS_S)
     with np.errstate(divide='ignore'):
         keep = np.where(lags > 0, np.exp(-elapsed / lags), 0.0)
     return np.asarray(command + keep * (delivered - command))
 
 
 def transient_variance(delivered: Array, command: float) -> Array:
-    """Variance (L,) of the logarithm of flow behind each lag that is still on its way.
+    """Return the variance (L,) of the logarithm of a flow that is still on its way.
 
-    What is not known of dead time and lag shifts it, the more the farther it still has to go.
+    Dead time and lag are not known exactly. That counts the more, the farther the flow still has
+    to go.
     """
-    lags = np.array(LAGS)
-    shift = LAG_SIGMA + DEAD_TIME_SIGMA / np.maximum(lags, 0.1)
+    lags = np.array(LAGS_S)
+    shift = LAG_SIGMA + DEAD_TIME_SIGMA_S / np.maximum(lags, 0.1)
     return np.asarray((shift * (command / delivered - 1))**2)

@@ -222,9 +222,10 @@ def test_what_stands_above_the_bed_is_no_gap() -> None:
 
 
 def test_the_width_to_be_expected_is_the_median_within_5_mm() -> None:
-    width = np.array([2.0] * 5 + [1.0] * 6)
-    # Around the sixth are five of the one and six of the other; around the fifth it is reverse.
-    np.testing.assert_array_equal(typical_width(width, 1 * MM)[4:6], (2.0, 1.0))
+    # Six of the eleven within 5 mm are wide, but four of nine within 4 mm, and six of 13 within 6.
+    width = np.ones(21)
+    width[[5, 7, 8, 12, 13, 15]] = 2.0
+    assert typical_width(width, 1 * MM)[10] == 2.0
 
 
 @pytest.mark.parametrize(('lean', 'leaning'), [
@@ -236,6 +237,17 @@ def test_a_ridge_that_leans_over_a_gap_hides_it(lean: float, leaning: list[int])
     sections = replace(scene.sections, lean=np.where(gap, 0.0, lean * MM))
     assert np.flatnonzero(leans_over_gap(sections, gap)).tolist() == leaning
     assert not leans_over_gap(sections, np.zeros(COUNT, bool)).any()
+
+
+@pytest.mark.parametrize(('lean', 'leaning'), [
+    (0.0101, [15, 16, 17, 18, 19]), (0.0099, [])])
+def test_a_ridge_that_leans_by_less_than_a_tenth_of_a_pixel_hides_nothing(
+        lean: float, leaning: list[int]) -> None:
+    """Sections are 0.002 mm apart: five of them are within 0.0111 mm."""
+    gap = np.arange(COUNT) == SAMPLE
+    sections = replace(Scene().sections, spacing=SPACING / 10,
+                       lean=np.where(gap, 0.0, lean * MM))
+    assert np.flatnonzero(leans_over_gap(sections, gap)).tolist() == leaning
 
 
 @pytest.mark.parametrize(('noisy', 'before'), [

@@ -1,0 +1,100 @@
+"""By how much to change flow or speed, within what is allowed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bpc_perception.core.advice.delivery_filter import Delivery, PRIOR_SIGMA
+from bpc_perception.core.advice.observations import Finding
+from bpc_perception.core.advice.rate_advice import Reason
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.config import AdviceConfig
+
+# Time in which a flow behind a long lag is to be right: at least this, or so many periods between
+# captures.
+HORIZON_S, HORIZON_PERIODS = 3.0, 1.0
+HELD_BAND = 3  # while correcting, the dead band is so many times narrower
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a correction starts from. Amounts are logarithms.
+
+    Attributes:
+        area: wanted, as w^2 of the target thickness.
+        speed: of the nozzle in the recent past.
+        rate: commanded in the recent past.
+        volume: commanded per length, in force now.
+        prior: gain for which the print was set up.
+        correcting: whether the advice before asked for a change.
+        elapsed: since the capture before [s].
+        longest_period: between the newest captures [s].
+        until_effect: from the capture until what the advice is going to lay [s].
+    """
+
+    area: float
+    speed: float
+    rate: float
+    volume: float
+    prior: float
+    correcting: bool
+    elapsed: float
+    longest_period: float
+    until_effect: float
+
+
+@dataclass(frozen=True)
+class Correction:
+    """The factors to apply, one or the other.
+
+    Attributes:
+        flow_scale: on the flow.
+        speed_scale: on the speed.
+        confidence: 0 to 1.
+        reason: why.
+    """
+
+    flow_scale: float
+    speed_scale: float
+    confidence: float
+    reason: Reason
+
+
+def correct(now: Situation, finding: Finding, delivery: Delivery,
+            config: AdviceConfig) -> Correction:
+    """Return the factors that reach the target, as far as they are allowed."""
+    wanted = wanted_volumes(now, finding)
+    confidence = 1 / (1 + (delivery.gain_sigma / PRIOR_SIGMA)**2)
+    band = 2 * np.log1p(config.dead_band) / (HELD_BAND if now.correcting else 1)
+    if not np.abs(wanted - now.volume).max() > band:
+        return Correction(1.0, 1.0, confidence, Reason.ON_TARGET)
+    # Both stay in proportion to what the print was set up with, however often advice is followed.
+    least, most = np.log((config.minimum_scale, config.maximum_scale))
+    nominal = now.area - now.prior
+    believed = np.clip(wanted, nominal + least, nominal + most)
+    asked = confidence * (believed - now.volume) * (1, -1)  # the speed goes against the flow
+    step = config.slew_rate * now.elapsed
+    changes = np.clip(asked, max(least, -step), min(most, step))
+    if (changes != asked).any() or (believed != wanted).any():
+        reason = Reason.LIMITED
+    elif wanted[0] > now.volume:
+        reason = Reason.UNDER_EXTRUSION
+    else:
+        reason = Reason.OVER_EXTRUSION
+    flow_scale, speed_scale = np.exp(changes).tolist()
+    return Correction(flow_scale, speed_scale, confidence, reason)
+
+
+def wanted_volumes(now: Situation, finding: Finding) -> Array:
+    """Return the logarithms (2,) of the volume per length that reaches the target.
+
+    The first is reached by the flow at this speed, the second by the speed at this flow, which a
+    lag does not delay.
+    """
+    horizon = max(HORIZON_S, HORIZON_PERIODS * now.longest_period)
+    by_flow = finding.models.rate_for(now.area + now.speed, finding.flow, horizon) - now.speed
+    by_speed = now.area + now.rate - finding.models.after(
+        float(np.exp(now.rate)), finding.flow, now.until_effect)
+    return np.array((by_flow, by_speed))

@@ -1,0 +1,120 @@
+"""What a path says of the ink that was commanded along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bpc_perception.core.advice.delivery_filter import DEAD_TIME_S, lagged, LAGS_S
+from bpc_perception.core.arrays import Array, Flags
+from bpc_perception.core.path.deposition_path import DepositionPath
+
+REACH = 3  # path points to either side over which speed and volume per length are taken
+# What may stand for the command, the better first.
+RATES = ('flow_rate', 'plunger_velocity')
+
+
+@dataclass(frozen=True)
+class Laid:
+    """The command at each of N path points, and what it lays.
+
+    Attributes:
+        rate: (N,) commanded, 0 where no ink was to be pushed out, NaN where the extruder's state
+            is unknown though it once was not.
+        speed: (N,) of the nozzle [m/s].
+        volume: (N,) commanded per length of path.
+        arrived: (N, L) what arrives per length of path, behind each lag.
+        laying: (N,) whether ink was to be laid all around each point.
+    """
+
+    rate: Array
+    speed: Array
+    volume: Array
+    arrived: Array
+    laying: Flags
+
+
+def recorded_rate(path: DepositionPath) -> str:
+    """Return which rate of the path tells the command; empty = none was recorded."""
+    return next((name for name in RATES if (getattr(path, name)[path.extruding] > 0).any()), '')
+
+
+def commanded_rates(path: DepositionPath, name: str) -> Array:
+    """Return the rate (N,) commanded: a recorded one by its name, or else 1 where ink flows.
+
+    It is 0 where no ink was to be pushed out, and NaN where the extruder's state is unknown.
+    """
+    if not name:
+        return path.extruding.astype(float)
+    rate = getattr(path, name)
+    return np.where(path.extruding, np.maximum(rate, 0.0), np.where(np.isnan(rate), np.nan, 0))
+
+
+def held_rates(rate: Array) -> Array:
+    """Return rates (N,) in which what is not known goes on as it was.
+
+    Silence is no reason to make up for anything.
+    """
+    known_at = np.maximum.accumulate(np.where(np.isnan(rate), 0, np.arange(len(rate))))
+    return np.nan_to_num(rate[known_at])
+
+
+def flow_behind_lags(path: DepositionPath, held: Array, known: Array) -> Array:
+    """Return the flow (N, L) behind each lag at each path point.
+
+    Args:
+        path: N points.
+        held: (N,) rate commanded.
+        known: (K, L) flow at the first points, from before.
+    """
+    count = len(path)
+    flow = np.empty((count, len(LAGS_S)))
+    flow[:len(known)] = known
+    before = np.searchsorted(path.time, path.time - DEAD_TIME_S, side='right') - 1
+    arriving = np.where(before < 0, 0.0, held[before])
+    for index in range(len(known), count):
+        flow[index] = 0.0 if index == 0 else lagged(
+            flow[index - 1], arriving[index], path.time[index] - path.time[index - 1])
+    return flow
+
+
+def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array) -> Laid:
+    """Return what is laid along a path of N points.
+
+    Args:
+        path: N points.
+        rate: (N,) commanded.
+        held: (N,) the same without unknown ones.
+        flow: (N, L) behind each lag.
+    """
+    elapsed = np.diff(path.time, prepend=path.time[:1])
+    volume = per_length(path, np.cumsum(np.concatenate((held[:1], held[:-1])) * elapsed))
+    between = (flow + np.concatenate((flow[:1], flow[:-1]))) / 2
+    arrived = per_length(path, np.cumsum(between * elapsed[:, None], axis=0))
+    laying = _steady_around(rate > 0) & (volume > 0) & np.isfinite(volume)
+    return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived, laying)
+
+
+def per_length(path: DepositionPath, amount: Array, length: Array | None = None) -> Array:
+    """Return how much an amount (N, ...) grows per length, around each path point.
+
+    ``length`` (N,) is the arc length unless another is given.
+    """
+    length = path.arc_length if length is None else length
+    index = np.arange(len(path))
+    after, before = np.minimum(index + REACH, len(path) - 1), np.maximum(index - REACH, 0)
+    span = length[after] - length[before]
+    with np.errstate(divide='ignore', invalid='ignore'):
+        return np.asarray(((amount[after] - amount[before]).T / span).T)
+
+
+def _steady_around(pushing: Flags) -> Flags:
+    """Return where (N,) ink is pushed out at all points around.
+
+    That is farther than ``REACH``: the robot may leave before the extruder's last state is over.
+    """
+    count = len(pushing)
+    each, pauses = np.arange(count), np.cumsum(np.concatenate(([False], ~pushing)))
+    return np.asarray(pauses[np.minimum(each + 2 * REACH + 1, count)]
+                      == pauses[np.maximum(each - 2 * REACH, 0)])

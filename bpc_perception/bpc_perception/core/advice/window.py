@@ -1,0 +1,62 @@
+"""The newest stretch of a profile, which advice looks at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
+
+
+@dataclass(frozen=True)
+class Window:
+    """The newest stretch on which ink was to be laid, and what is measured there.
+
+    Attributes:
+        extent: arc lengths from and to [m]; NaN = none.
+        count: MEASURED samples.
+        coverage: their share of all samples.
+        width: median thickness [m]; NaN = none measured.
+        offset: median distance of the deposit's middle from the path, positive to the left [m].
+        age: from the laying of the newest MEASURED sample to the capture [s].
+        longest_gap: length of the longest gap [m].
+    """
+
+    extent: tuple[float, float]
+    count: int
+    coverage: float
+    width: float
+    offset: float
+    age: float
+    longest_gap: float
+
+
+def laid_before(profile: ThicknessProfile, acquisition_time: float) -> ThicknessProfile:
+    """Return a profile without what was laid while the camera looked, for this time [s].
+
+    Ink that is not there yet is no gap.
+    """
+    began = (profile.stamp_ns - profile.print_start_ns) * 1e-9 - acquisition_time
+    return replace(profile, status=np.where(
+        profile.time > began, Status.NO_DATA, profile.status).astype(np.uint8))
+
+
+def look_back(profile: ThicknessProfile, length: float, start: float) -> Window:
+    """Return the newest stretch of this length [m], after arc length ``start`` [m]."""
+    extruding = profile.extruding & (profile.arc_length >= start)
+    ends = profile.arc_length[extruding]
+    extent = (float(max(ends[-1] - length, profile.arc_length[0], start)),
+              float(ends[-1])) if len(ends) else (np.nan, np.nan)
+    inside = ((profile.arc_length >= extent[0]) & (profile.arc_length <= extent[1])
+              & extruding)
+    measured = inside & (profile.status == Status.MEASURED)
+    count = int(measured.sum())
+    gaps = run_extents(inside & (profile.status == Status.GAP), profile.arc_length)
+    longest_gap = float(np.diff(gaps).max(initial=0))
+    if not count:
+        return Window(extent, 0, 0.0, np.nan, np.nan, np.nan, longest_gap)
+    age = (profile.stamp_ns - profile.print_start_ns) * 1e-9 - float(profile.time[measured][-1])
+    return Window(
+        extent, count, count / int(inside.sum()), float(np.median(profile.thickness[measured])),
+        float(np.median(profile.left[measured] - profile.right[measured])) / 2, age, longest_gap)
