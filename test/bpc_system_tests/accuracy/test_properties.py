@@ -37,7 +37,9 @@ INK, BED = (40.0, 80.0, 170.0), (205.0, 205.0, 200.0)
 BLUR = 0.8  # [pixels]
 LENGTH = 15 * MM
 GAP = (9 * MM, 11 * MM)
-SIGMAS = 3.0
+# The most that widths may differ. The published method's edges are whole pixels, each at most half
+# a pixel off: two widths differ by at most two pixels, which is the root of 12 times their sigma.
+SIGMAS = {'cross_section': 3.0, 'paper': 12**0.5}
 STEPS = 1.5  # statuses may differ this near to where the ink starts or ends [path points]
 
 few = settings(max_examples=20, derandomize=True, deadline=None)
@@ -115,7 +117,7 @@ def assert_same(one: ThicknessProfile, other: ThicknessProfile, scale: float = 1
     both = compared(one) & compared(other)
     assert both.mean() > 0.75
     off = np.abs(other.thickness / scale - one.thickness)[both]
-    assert (off <= SIGMAS * np.hypot(one.sigma, other.sigma / scale)[both]).all()
+    assert (off <= SIGMAS[one.method] * np.hypot(one.sigma, other.sigma / scale)[both]).all()
 
 
 def away_from_ends(profile: ThicknessProfile) -> Flags:
@@ -150,7 +152,7 @@ def test_the_print_itself_is_measured(plain: ThicknessProfile) -> None:
     assert measured.mean() > 0.75
     assert (plain.status == Status.GAP).mean() > 0.1
     off = np.abs(plain.thickness - width(plain.arc_length))[measured]
-    assert (off <= SIGMAS * plain.sigma[measured]).all()
+    assert (off <= SIGMAS[plain.method] * plain.sigma[measured]).all()
 
 
 @pytest.mark.parametrize('method', METHODS)
