@@ -37,6 +37,7 @@ setup(
     install_requires=['setuptools'],
     extras_require={
         'batch': ['distributed', 'pyarrow'],  # bpc batch
+        'docs': ['furo', 'myst-parser', 'sphinx'],  # the web site of docs/
         'figures': ['matplotlib'],  # --figures
         'page': ['nicegui'],  # --page
         'test': ['pytest'],  # tells `colcon test` to run pytest

@@ -1,7 +1,7 @@
 """Camera back end for a Zivid camera, through the vendor's package for Python.
 
 The package needs the vendor's SDK, so it is imported only here. Names and behaviour are those of
-zivid-python 2.17; see the README for what has been tried.
+zivid-python 2.17; see docs/limits.md for what has been tried.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ TURN = 0.5  # how long those who listen to the topics wait for the measurement a
 
 
 class CameraDriverNode(ManagedNode):
-    """Publishes each capture as image, camera info and cloud; see the README.
+    """Publishes each capture as image, camera info and cloud; see docs/reference/nodes.
 
     It holds the camera while inactive, and takes captures while active. With ``hand_over`` a
     capture is given to that first, and published when the event that it returns is set.

@@ -27,7 +27,7 @@ from bpc_perception.runtime.run import run
 
 
 class ExtruderBridgeNode(Node):
-    """Publishes the state of the extruder; see the README for its interface."""
+    """Publishes the state of the extruder; see docs/reference/nodes."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('extruder_bridge', **kwargs)

@@ -30,7 +30,7 @@ from bpc_perception.runtime.run import run
 
 
 class PathRecorderNode(Node):
-    """Assembles the path of each print; see the README for its interface."""
+    """Assembles the path of each print; see docs/reference/nodes."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('path_recorder', **kwargs)

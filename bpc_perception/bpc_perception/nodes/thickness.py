@@ -35,7 +35,7 @@ CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
 
 
 class ThicknessNode(Node):
-    """Measures each complete capture along the path; see the README for its interface.
+    """Measures each complete capture along the path; see docs/reference/nodes.
 
     Without ``camera_topics`` captures are handed over by a camera in the same process.
     """

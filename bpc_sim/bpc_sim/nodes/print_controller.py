@@ -21,7 +21,7 @@ COMMAND_RATE = 20.0  # [Hz]
 
 
 class PrintControllerNode(Node):
-    """Commands the factor on the nominal flow, or on the nominal speed; see the README."""
+    """Commands the factor on the nominal flow or speed; see docs/reference/nodes."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('print_controller', **kwargs)

@@ -26,7 +26,7 @@ ERROR = 1 << 4  # Tic: kill switch active
 
 
 class SyntheticPrinterNode(Node):
-    """Follows its program at the nominal rate times the factors commanded; see the README."""
+    """Follows its program at the nominal rate times the factors; see docs/reference/nodes."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('synthetic_printer', **kwargs)

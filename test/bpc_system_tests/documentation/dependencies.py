@@ -41,16 +41,17 @@ COMPATIBLE = {
     'MIT-CMU', 'BSL-1.0', 'CNRI-Python', 'public domain', 'any that the OSI approved'}
 HEADER = """# Dependencies
 
-Made by `python test/bpc_system_tests/documentation/dependencies.py` from the
-locks in `bootstrap/` and from what the packages say of themselves. A test holds it to the locks,
-and every licence to those that are
-compatible with Apache-2.0. bpc contains none of these packages; `./bpc` fetches them.
-`test/mcap_reader` has the licences of its four in its own lock.
+Every package that `./bpc` fetches, with its versions and its licence. bpc contains none of them.
 
-Not seen here is what wheels bring along in binary form: NumPy, SciPy and OpenCV carry OpenBLAS
-(BSD-3-Clause) and the run-time library of GNU Fortran (GPL-3.0 with the exception for programs
-that use it), OpenCV also FFmpeg (LGPL-2.1), each as a library of its own. Their licences are in
-the wheels.
+This page is made by `python test/bpc_system_tests/documentation/dependencies.py` from the locks in
+`bootstrap/` and from what the packages say of themselves. A test checks that it fits the locks,
+and that every licence is compatible with Apache-2.0. `test/mcap_reader` has the licences of its
+four packages in its own lock.
+
+The table does not show what wheels contain in binary form. NumPy, SciPy and OpenCV contain
+OpenBLAS (BSD-3-Clause) and the run-time library of GNU Fortran (GPL-3.0 with the exception for
+programs that use it). OpenCV also contains FFmpeg (LGPL-2.1). Each is a library of its own. Their
+licences are in the wheels.
 
 | package | version | licence |
 |---|---|---|

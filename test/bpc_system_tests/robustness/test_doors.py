@@ -382,7 +382,7 @@ def test_a_profile_that_cannot_be_written_whole_is_not_used(
 
 
 def test_a_lab_opens_one_network_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As the README says: a copy of a profile with the address of one interface."""
+    """As docs/security.md says: a copy of a profile with the address of one interface."""
     host = address_in_the_network()
     if not host:
         pytest.skip('needs a network interface beside the loopback')

@@ -1,6 +1,6 @@
-"""Run as a program, makes the pictures in the README anew, from the sample recording.
+"""Run as a program, makes the pictures of the documentation anew, from the sample recording.
 
-They are docs/overlay.png, docs/page.jpg and docs/report.jpg; the last two need a browser.
+They are overlay.png, page.jpg and report.jpg in docs/pictures; the last two need a browser.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from bpc_system_tests.parts.command_line import ROOT, SAMPLE, succeed
 from bpc_system_tests.parts.page_stage import Stage, staged
 from bpc_system_tests.parts.sample_print import sample_results
 
-DOCS = ROOT / 'docs'
+PICTURES = ROOT / 'docs' / 'pictures'
 LARGEST = 200_000  # [bytes]
 QUALITIES = range(95, 40, -5)  # of JPEG
 NODES = ('camera_driver', 'path_recorder', 'thickness')
@@ -27,7 +27,7 @@ NODES = ('camera_driver', 'path_recorder', 'thickness')
 def overlay() -> None:
     """The last capture of the sample print."""
     picture = draw_overlay(sample_results()[-1]) & 0xF0  # fewer colours, a smaller file
-    cv2.imwrite(str(DOCS / 'overlay.png'), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
+    cv2.imwrite(str(PICTURES / 'overlay.png'), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
                 [cv2.IMWRITE_PNG_COMPRESSION, 9])
 
 
@@ -64,7 +64,7 @@ def save(driver: Chrome, name: str) -> None:
     for quality in QUALITIES:
         _, data = cv2.imencode('.jpg', picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
         if len(data) < LARGEST:
-            (DOCS / name).write_bytes(data.tobytes())
+            (PICTURES / name).write_bytes(data.tobytes())
             return
     raise ValueError(f'{name}: expected less than {LARGEST} bytes, found {len(data)}')
 
@@ -72,7 +72,7 @@ def save(driver: Chrome, name: str) -> None:
 if __name__ == '__main__':
     if lacking := missing():
         raise SystemExit(lacking)
-    DOCS.mkdir(exist_ok=True)
+    PICTURES.mkdir(exist_ok=True)
     overlay()
     with browsing() as driver:
         with staged(driver) as stage:
