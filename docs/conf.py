@@ -23,14 +23,17 @@ include_patterns = ['README.md', 'CONTRIBUTING.md', 'bags/README.md', 'firmware/
                     'docs/**.md']
 exclude_patterns = ['.*', 'build', 'install', 'log', 'site', 'demo', 'replay', '**/node_modules']
 myst_heading_anchors = 3  # deepest heading that a link may name
+smartquotes = False  # what is written is shown
 nitpicky = True  # a reference without a target is a warning
 
 html_theme = 'furo'
 html_title = 'bpc'
+html_static_path = ['style']
+html_css_files = ['tables.css']
 html_copy_source = False
 html_show_copyright = False
 
-PAGE = re.compile(r'^- \[[^]]+\]\((\S+)\.md\)', re.MULTILINE)
+PAGE = re.compile(r'^- \[([^]]+)\]\((\S+)\.md\)', re.MULTILINE)
 
 
 def add_navigation(_: Sphinx, page: str, source: list[str]) -> None:
@@ -39,7 +42,7 @@ def add_navigation(_: Sphinx, page: str, source: list[str]) -> None:
         return
     for section in source[0].split('\n## ')[1:]:
         caption, _, text = section.partition('\n')
-        if pages := '\n'.join(PAGE.findall(text)):
+        if pages := '\n'.join(f'{title} <{path}>' for title, path in PAGE.findall(text)):
             source[0] += f'\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{pages}\n```\n'
 
 
