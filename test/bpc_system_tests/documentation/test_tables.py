@@ -117,7 +117,7 @@ def test_topics_of_a_node_are_described(node: str, described: dict[str, object])
 def test_every_topic_is_described() -> None:
     text = ''.join(read(page) for page in sorted(NODE_PAGES.glob('*.md')))
     for name in topics.CAMERA | topics.PRINT | topics.RESULTS:
-        assert re.search(rf'^\| `{name}`( \||,| or)', text, re.MULTILINE), name
+        assert f'| `{name}` |' in text, name
 
 
 def test_the_quality_of_service_is_that_of_the_topics() -> None:
