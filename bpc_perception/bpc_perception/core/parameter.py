@@ -28,11 +28,7 @@ class Parameter:
     def check(self, name: str, value: object, kind: Any) -> None:
         """Raise ConfigError unless ``value`` is a ``kind`` within the limits."""
         if get_origin(kind) is tuple:
-            kinds = get_args(kind)
-            if not isinstance(value, tuple) or len(value) != len(kinds):
-                raise ConfigError(f'{name}: expected {len(kinds)} numbers, found {value!r}')
-            for item, item_kind in zip(value, kinds, strict=True):
-                self.check(name, item, item_kind)
+            self._check_items(name, value, get_args(kind))
             return
         accepted: tuple[type, ...] = (int, float) if kind is float else (kind,)
         if not isinstance(value, accepted) or (isinstance(value, bool) and kind is not bool):
@@ -41,11 +37,20 @@ class Parameter:
             raise ConfigError(
                 f'{name}: expected one of {", ".join(self.choices)}, found {value!r}')
         if isinstance(value, int | float) and not isinstance(value, bool):
-            low = -math.inf if self.minimum is None else self.minimum
-            high = math.inf if self.maximum is None else self.maximum
-            if not low <= value <= high or math.isinf(value):
-                unit = f' {self.unit}' if self.unit else ''
-                raise ConfigError(f'{name}: expected {low:g} to {high:g}{unit}, found {value!r}')
+            self._check_limits(name, value)
+
+    def _check_items(self, name: str, value: object, kinds: tuple[Any, ...]) -> None:
+        if not isinstance(value, tuple) or len(value) != len(kinds):
+            raise ConfigError(f'{name}: expected {len(kinds)} numbers, found {value!r}')
+        for item, kind in zip(value, kinds, strict=True):
+            self.check(name, item, kind)
+
+    def _check_limits(self, name: str, value: float) -> None:
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        if not low <= value <= high or math.isinf(value):
+            unit = f' {self.unit}' if self.unit else ''
+            raise ConfigError(f'{name}: expected {low:g} to {high:g}{unit}, found {value!r}')
 
 
 @dataclass(frozen=True)
@@ -64,7 +69,7 @@ class Config:
 
 
 def parameters_of(config_type: type[Config]) -> dict[str, tuple[Parameter, Any]]:
-    """The described fields of a configuration class: name to (parameter, type)."""
+    """Return the described fields of a configuration class: name to (parameter, type)."""
     found = {}
     for name, hint in get_type_hints(config_type, include_extras=True).items():
         for extra in get_args(hint)[1:]:
@@ -86,7 +91,7 @@ def flatten(config: Config, prefix: str = '') -> Iterator[tuple[str, Parameter, 
 
 
 def replace_flat(config: ConfigType, values: Mapping[str, Any], prefix: str = '') -> ConfigType:
-    """A copy of ``config`` with the fields of these dotted names set.
+    """Return a copy of ``config`` with the fields of these dotted names set.
 
     Raises:
         ConfigError: a name is unknown, or a value has the wrong type or is out of range.
