@@ -23,6 +23,7 @@ START_NS = 1_700_000_000 * 10**9
 SECOND = 10**9
 BED, INK = (205, 205, 200), (40, 80, 170)
 PIXEL = 2e-4  # [m] on the surface
+SPEED = 0.01  # of a nozzle [m/s]
 WIDTH, HEIGHT = 160, 120
 
 
@@ -117,9 +118,31 @@ def profile_of(thickness: Sequence[float], status: Sequence[int] | None = None, 
         right_points=points - side, processing_time=0.25)
 
 
+def along_x(times: Array, speed: float = SPEED) -> Array:
+    """Positions (N, 3) of a nozzle that moves along the x axis, at times (N,) [s]."""
+    return np.column_stack((speed * times, np.zeros((len(times), 2))))
+
+
+def at_ns(time: float) -> int:
+    """The stamp of a time [s after START_NS]."""
+    return START_NS + round(time * SECOND)
+
+
+def path_bytes(path: DepositionPath, count: int | None = None) -> list[bytes]:
+    """The arrays of the first ``count`` points to the last bit."""
+    return [array[:count].tobytes() for array in (
+        path.time, path.arc_length, path.points, path.plunger_velocity, path.flow_rate,
+        path.extruding)]
+
+
 def state(time: float, extruding: bool = True, start_ns: int = START_NS) -> ExtruderSample:
     """The extruder at a time [s after start_ns]; velocity and flow tell the time."""
     return ExtruderSample(start_ns + round(time * SECOND), extruding, time, 2 * time)
+
+
+def states_until(end: float, period: float = 0.1) -> list[ExtruderSample]:
+    """States of an extruder that pushes ink out from time 0 to an end [s]."""
+    return [state(time) for time in np.arange(0, end, period)]
 
 
 def feed(target: PathAssembler | PrintTracker, times: Array, tips: Array,

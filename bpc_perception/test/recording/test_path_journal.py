@@ -104,7 +104,7 @@ def test_a_resumed_print_is_kept_on(tmp_path: Path) -> None:
 
 def test_what_is_forgotten_of_a_long_print_stays_so(tmp_path: Path,
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(GrowingPath, 'MAXIMUM', 16)
+    monkeypatch.setattr(GrowingPath, 'MAXIMUM_POINTS', 16)
     monkeypatch.setattr(PathJournal, 'RECORDS', 5)
     known = kept(tmp_path)
     path = PathJournal(tmp_path, CONFIG).resume(START_NS + 41 * SECOND, 30.0)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Flags
 
 
 @dataclass(frozen=True)
 class DepositionPath:
-    """Path points evenly spaced by arc length; arrays of N points.
+    """N path points, evenly spaced by arc length.
 
     Attributes:
         print_id: identifier of the print; empty = none.
@@ -36,25 +35,25 @@ class DepositionPath:
     points: Array
     plunger_velocity: Array
     flow_rate: Array
-    extruding: NDArray[np.bool_]
+    extruding: Flags
 
     def __len__(self) -> int:
         return len(self.time)
 
     def covers(self, stamp_ns: int) -> bool:
-        """Whether every point the nozzle passed up to this time is known."""
+        """Return whether every point that the nozzle passed up to this time [ns] is known."""
         return self.finished or self.complete_until >= (stamp_ns - self.start_ns) * 1e-9
 
     def until(self, stamp_ns: int) -> DepositionPath:
-        """The part that the nozzle had passed at this time."""
+        """Return the part that the nozzle had passed at this time [ns]."""
         return self.where(self.time <= (stamp_ns - self.start_ns) * 1e-9)
 
     def every(self, step: int) -> DepositionPath:
-        """Only every so manieth point."""
+        """Return every n-th point, from the first on, with n = ``step``."""
         return self.where(np.arange(len(self)) % step == 0)
 
-    def where(self, kept: NDArray[np.bool_]) -> DepositionPath:
-        """The path without the points at which ``kept`` (N,) is False."""
+    def where(self, kept: Flags) -> DepositionPath:
+        """Return the path without the points at which ``kept`` (N,) is False."""
         return replace(
             self, time=self.time[kept], arc_length=self.arc_length[kept],
             points=self.points[kept], plunger_velocity=self.plunger_velocity[kept],

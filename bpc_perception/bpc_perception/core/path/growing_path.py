@@ -7,20 +7,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.path.deposition_path import DepositionPath
 
 
 class GrowingPath:
     """The points of one print, numbered from its first.
 
-    Of more than ``MAXIMUM`` points (200 m of the default spacing) the older half is forgotten, so
-    that no print fills the memory. Paths given out stay as they are.
+    With more than ``MAXIMUM_POINTS`` (200 m of the default spacing) the older half is forgotten,
+    so that no print fills the memory. Paths given out stay as they are.
+
+    Attributes:
+        print_id: identifier of the print.
+        start_ns: when it started [ns].
+        complete_until, finished: see DepositionPath.
     """
 
-    MAXIMUM = 1_000_000
+    MAXIMUM_POINTS = 1_000_000
+    LEAST_ROOM_POINTS = 1024
 
     def __init__(self, print_id: str, start_ns: int, oldest: int = 0) -> None:
+        """Begin without points; the first one to come has the number ``oldest``."""
         self.print_id = print_id
         self.start_ns = start_ns
         self.complete_until = -np.inf
@@ -41,13 +48,13 @@ class GrowingPath:
         return self._forgotten
 
     def last(self) -> Array:
-        """Time, arc length and position of the last point (5,)."""
+        """Return time [s], arc length [m] and position x, y, z [m] of the last point (5,)."""
         time, arc, points = (array[self._count - 1] for array in self._arrays[:3])
         return np.array((time, arc, *points))
 
     def append(self, time: Array, arc_length: Array, points: Array, plunger_velocity: Array,
-               flow_rate: Array, extruding: NDArray[np.bool_]) -> None:
-        """Add points (N, 3) with what is known of each (N,); see DepositionPath."""
+               flow_rate: Array, extruding: Flags) -> None:
+        """Append points (N, 3) with what is known of each (N,); see DepositionPath."""
         new = (time, arc_length, points, plunger_velocity, flow_rate, extruding)
         self._make_room(len(time))
         end = self._count + len(time)
@@ -56,7 +63,11 @@ class GrowingPath:
         self._count = end
 
     def extend(self, first: int, path: DepositionPath) -> bool:
-        """Take a later part of this print, from point ``first`` on; False if it does not fit."""
+        """Append what is new of a part of this print that begins with point ``first``.
+
+        Return False, and append nothing, if it is of another print or points before it are
+        missing.
+        """
         known = len(self) - first
         if path.print_id != self.print_id or path.start_ns != self.start_ns or known < 0:
             return False
@@ -68,7 +79,7 @@ class GrowingPath:
         return True
 
     def path(self, first: int = 0) -> DepositionPath:
-        """The path from point ``first`` on, as far as it is kept; views, not copies."""
+        """Return the path from point ``first`` on, as far as it is kept; views, not copies."""
         kept = slice(max(first - self._forgotten, 0), self._count)
         time, arc, points, velocity, flow, extruding = (array[kept] for array in self._arrays)
         return DepositionPath(
@@ -77,12 +88,14 @@ class GrowingPath:
             plunger_velocity=velocity, flow_rate=flow, extruding=extruding)
 
     def _make_room(self, more: int) -> None:
+        """Make room for more points, and forget the older half if there are too many."""
         if self._count + more <= len(self._arrays[0]):
             return
-        forget = self._count // 2 if self._count + more > self.MAXIMUM else 0
+        forget = self._count // 2 if self._count + more > self.MAXIMUM_POINTS else 0
         kept = self._count - forget
-        # Twice as much: what is copied on the whole stays in proportion to what is appended.
-        room = max(more, min(max(kept + more, 1024), self.MAXIMUM - kept))
+        # Room doubles, so the effort of copying stays in proportion to what is appended.
+        room = max(more, min(max(kept + more, self.LEAST_ROOM_POINTS),
+                             self.MAXIMUM_POINTS - kept))
         self._arrays = tuple(
             np.concatenate((array[forget:self._count],
                             np.empty((room, *array.shape[1:]), array.dtype)))

@@ -12,18 +12,17 @@ from bpc_perception.core.extruder.sample import ExtruderSample
 from bpc_perception.core.path.assembler import PathAssembler
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
-
-JITTER = 1e-3  # by which a pose may be off where stamps are [m]
+from bpc_perception.core.robot.poses import JITTER_M
 
 
 class JumpError(ValueError):
-    """The nozzle tip cannot have come to where a pose puts it."""
+    """The nozzle tip cannot have moved to where a pose puts it."""
 
 
 class PrintTracker:
     """Starts and stops prints, on request or by itself when ink is pushed out.
 
-    A little history is kept, so that a print starts and stops at the stamps that say so and
+    A little history is kept, so that a print starts and stops at the stamps that say so, and
     not with the messages that happened to have arrived.
     """
 
@@ -31,52 +30,63 @@ class PrintTracker:
 
     def __init__(self, config: PathConfig) -> None:
         self._config = config
-        self._poses: deque[tuple[int, Array]] = deque()
+        self._poses: deque[tuple[int, Array]] = deque()  # stamp and position of the tip
         self._states: deque[ExtruderSample] = deque()
         self._print: PathAssembler | None = None
         self._running = False
         self._last_extruding_ns = 0
 
     def add_pose(self, stamp_ns: int, tip: Array) -> bool:
-        """Take a position (3,) of the nozzle tip [m]; False unless later than the last.
+        """Add a position (3,) of the nozzle tip in the robot base frame [m].
 
-        Raises JumpError when the tip would have been faster than it can. What lasts is
+        Return False, and add nothing, unless it is later than the last.
+
+        Raises JumpError if the tip would have been faster than it can. A jump that lasts is
         believed as soon as there was time enough to get there.
         """
         if self._poses:
             last_ns, last = self._poses[-1]
             if stamp_ns <= last_ns:
                 return False
-            reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER
+            reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER_M
             if math.dist(tip, last) > reach:
                 raise JumpError('pose: expected a tip that moves no faster than '
                                 f'{self._config.maximum_speed:g} m/s, found a jump')
         self._poses.append((stamp_ns, tip))
         while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
             self._poses.popleft()
-        # A state heard of early starts a print that poses still under way came before.
-        if self._print and stamp_ns >= self._print.start_ns:
+        # A state that arrives early starts a print before poses from before its start arrive.
+        if self._print is not None and stamp_ns >= self._print.start_ns:
             self._print.add_pose(stamp_ns, tip)
         return True
 
     def add_extruder(self, sample: ExtruderSample) -> bool:
-        """Take a state of the extruder; False unless later than the last."""
+        """Add a state of the extruder; return False unless it is later than the last."""
         if self._states and sample.stamp_ns <= self._states[-1].stamp_ns:
             return False
         self._states.append(sample)
         while sample.stamp_ns - self._states[0].stamp_ns > self.HISTORY_S * 1e9:
             self._states.popleft()
-        pause_ns = round(self._config.auto_stop_after * 1e9)
-        if self._config.auto and sample.stamp_ns - self._last_extruding_ns > pause_ns:
+        if self._config.auto:
             # Before the print takes the state, which would make it complete beyond its end.
-            self.stop(self._last_extruding_ns + pause_ns)
-        if self._print:
+            self._stop_after_pause(sample.stamp_ns)
+        if self._print is not None:
             self._print.add_extruder(sample)
         if self._config.auto and sample.extruding:
-            self._last_extruding_ns = sample.stamp_ns
-            if not self._running:
-                self.start(sample.stamp_ns)
+            self._take_note_of_extrusion(sample.stamp_ns)
         return True
+
+    def _stop_after_pause(self, stamp_ns: int) -> None:
+        """Stop the print if by this time no ink was pushed out for ``auto_stop_after``."""
+        pause_ns = round(self._config.auto_stop_after * 1e9)
+        if stamp_ns - self._last_extruding_ns > pause_ns:
+            self.stop(self._last_extruding_ns + pause_ns)
+
+    def _take_note_of_extrusion(self, stamp_ns: int) -> None:
+        """Start a print unless one is running."""
+        self._last_extruding_ns = stamp_ns
+        if not self._running:
+            self.start(stamp_ns)
 
     def start(self, stamp_ns: int) -> str:
         """Start a new print at this time and return its id; a running one is given up."""
@@ -93,7 +103,7 @@ class PrintTracker:
         return print_id
 
     def resume(self, path: GrowingPath, now_ns: int) -> None:
-        """Go on at this time with a print that was left off; what was laid since is not known.
+        """Go on with a print that was left off; what was laid since then is not known.
 
         The pause that ends a print by itself counts from now.
         """
@@ -102,7 +112,7 @@ class PrintTracker:
         self._last_extruding_ns = now_ns
 
     def stop(self, stamp_ns: int) -> bool:
-        """Let the running print end at this time; False when none runs."""
+        """Let the running print end at this time; return False if none runs."""
         if self._print is None or not self._running:
             return False
         self._print.stop(stamp_ns)
@@ -110,16 +120,16 @@ class PrintTracker:
         return True
 
     def clear(self) -> None:
-        """Forget the print and all history, as when the clock jumps back."""
+        """Forget the print and all history, as is needed when the clock jumps back."""
         self._poses.clear()
         self._states.clear()
         self._print = None
         self._running = False
 
     def path(self) -> DepositionPath | None:
-        """The path of the running or last print, or None before the first."""
-        return self._print.path() if self._print else None
+        """Return the path of the running or last print; None before the first."""
+        return self._print.path() if self._print is not None else None
 
     def growing_path(self) -> GrowingPath | None:
-        """The same, of which later calls can ask for what is new."""
-        return self._print.growing_path() if self._print else None
+        """Return the same as a path that grows, from which later calls can take what is new."""
+        return self._print.growing_path() if self._print is not None else None

@@ -58,7 +58,7 @@ def test_a_part_that_does_not_fit_is_not_taken(stranger: DepositionPath) -> None
 
 
 def test_of_a_very_long_path_the_newest_points_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(GrowingPath, 'MAXIMUM', 2000)
+    monkeypatch.setattr(GrowingPath, 'MAXIMUM_POINTS', 2000)
     growing = GrowingPath(WHOLE.print_id, START_NS)
     for first in range(0, 4990, 10):
         assert growing.extend(first, part(first, first + 10))
