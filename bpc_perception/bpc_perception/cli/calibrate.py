@@ -18,11 +18,13 @@ from bpc_perception.cli.parts.options import (
 )
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.calibration.board import Board, find_board
+from bpc_perception.core.calibration.board import Board
 from bpc_perception.core.calibration.check import offset
 from bpc_perception.core.calibration.errors import CalibrationError
 from bpc_perception.core.calibration.hand_eye import calibrate, HandEyeCalibration
-from bpc_perception.core.calibration.nozzle import pivot, Rest, rests
+from bpc_perception.core.calibration.nozzle import pivot
+from bpc_perception.core.calibration.rests import Rest, rests
+from bpc_perception.core.calibration.sighting import find_board
 from bpc_perception.core.config import FLANGE, RecorderConfig
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.files.hand_eye_file import MOUNTS, save_hand_eye

@@ -7,9 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.calibration.board import Board, find_board
+from bpc_perception.core.calibration.board import Board
 from bpc_perception.core.calibration.errors import CalibrationError
 from bpc_perception.core.calibration.hand_eye import calibrate, HandEyeCalibration, METHODS
+from bpc_perception.core.calibration.sighting import find_board
 from bpc_perception.core.geometry import invert, transform
 from bpc_sim.scene.calibration_rig import CalibrationRig
 

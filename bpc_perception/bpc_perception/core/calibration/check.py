@@ -1,8 +1,8 @@
 """Whether a calibration still holds: how far beside the path the bead is seen.
 
-A camera whose pose in the base frame is off by a shift sees every bead off by it, to the left of
-the path in one direction of travel and to its right in the other. So a shift can be told from a
-bead that always lies to one side, if the path goes in different directions.
+If the camera's pose in the base frame is off by a shift, every bead is seen off by that shift: to
+the left of the path in one direction of travel and to its right in the other. So if the path goes
+in different directions, a shift can be told from a bead that always lies to one side.
 """
 
 from __future__ import annotations
@@ -12,15 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.calibration.errors import CalibrationError
 from bpc_perception.core.profile import Status, ThicknessProfile
 
 FEWEST_SAMPLES = 30
-BLOCK = 5e-3  # along the path, within which deviations go together [m]
+BLOCK_LENGTH_M = 5e-3  # of path, within which deviations are correlated
+BLOCKS_PER_PROFILE = 1000  # numbers of a profile's blocks begin at a multiple; 5 m of path
 FEWEST_BLOCKS = 6
-WEAKEST = 0.1  # share of the path that has to go another way than the rest
-LARGEST_SIGMA = 0.2e-3  # of the shift in its poorest direction [m]
+LEAST_TURNING = 0.1  # share of the path that has to go another way than the rest
+LARGEST_SIGMA_M = 0.2e-3  # of the shift in its poorest direction
 
 
 @dataclass(frozen=True)
@@ -28,11 +29,11 @@ class Offset:
     """Where the bead is seen, relative to the path.
 
     Attributes:
-        shift: (3,) of the camera in the base frame, along the bed [m]; to be taken from its
-            position. An error of the nozzle's offset looks the same while the flange keeps its
+        shift: (3,) of the camera in the base frame, along the bed [m]; to be subtracted from its
+            position. An error of the nozzle offset looks the same while the flange keeps its
             orientation.
         sigma: standard deviation of the shift, in its poorest direction [m].
-        side: how far to the left of the direction of travel the bead lies besides [m].
+        side: how far the bead lies to the left of the direction of travel, besides the shift [m].
         scatter: root mean square of what is left [m].
         samples: number of samples it comes from.
     """
@@ -49,64 +50,96 @@ class Offset:
         return float(np.linalg.norm(self.shift))
 
     def holds(self, tolerance: float) -> bool | None:
-        """Whether the shift is within a tolerance [m]; None where that cannot be told."""
+        """Return whether the shift is within a tolerance [m]; None = not known well enough."""
         if self.size + 2 * self.sigma <= tolerance:
             return True
         return False if self.size - 2 * self.sigma > tolerance else None
 
 
+@dataclass(frozen=True)
+class _Beads:
+    """Measured samples of prints.
+
+    Attributes:
+        points: (N, 3) of the path [m].
+        left, right: (N, 3) side points [m].
+        block: (N,) number of the block in which each lies.
+    """
+
+    points: Array
+    left: Array
+    right: Array
+    block: Array
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A least-squares solution (K,), its covariance (K, K), and what is left (N,)."""
+
+    solution: Array
+    covariance: Array
+    rest: Array
+
+
 def offset(profiles: Sequence[ThicknessProfile]) -> Offset:
     """Find the shift from profiles of prints.
 
-    Raises CalibrationError where too little was measured, or in one direction only.
+    Raises CalibrationError if too little was measured, or in one direction only.
     """
-    points = np.concatenate([each.points[_measured(each)] for each in profiles])
-    left = np.concatenate([each.left_points[_measured(each)] for each in profiles])
-    right = np.concatenate([each.right_points[_measured(each)] for each in profiles])
-    blocks = np.concatenate([1000 * index + each.arc_length[_measured(each)] // BLOCK
-                             for index, each in enumerate(profiles)])
-    if len(points) < FEWEST_SAMPLES or len(np.unique(blocks)) < FEWEST_BLOCKS:
+    beads = _beads_of(profiles)
+    count = len(beads.points)
+    if count < FEWEST_SAMPLES or len(np.unique(beads.block)) < FEWEST_BLOCKS:
         raise CalibrationError(
             f'check: expected {FEWEST_SAMPLES} measured samples on '
-            f'{FEWEST_BLOCKS * BLOCK * 1e3:g} mm of path or more, found {len(points)}')
-    across = left - right
+            f'{FEWEST_BLOCKS * BLOCK_LENGTH_M * 1e3:g} mm of path or more, found {count}')
+    across = beads.left - beads.right
     across /= np.linalg.norm(across, axis=1)[:, None]
-    beside = np.sum(((left + right) / 2 - points) * across, axis=1)
+    beside = np.sum(((beads.left + beads.right) / 2 - beads.points) * across, axis=1)
     _, _, axes = np.linalg.svd(across, full_matrices=False)
     e1, e2 = axes[:2]
-    model = np.column_stack((across @ e1, across @ e2, np.ones(len(points))))
-    inverse = np.linalg.pinv(model.T @ model)
-    solution = inverse @ model.T @ beside
-    rest = beside - model @ solution
-    covariance = _clustered(model, rest, blocks, inverse)
-    sigma = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
-    # Of a straight line e1, the only direction across, and the side are one and the same.
-    weakest = np.linalg.svd(model, compute_uv=False)[-1] / np.sqrt(len(points))
-    if weakest < WEAKEST or sigma > LARGEST_SIGMA:
+    model = np.column_stack((across @ e1, across @ e2, np.ones(count)))
+    fit = _fit(model, beside, beads.block)
+    sigma = float(np.sqrt(np.linalg.eigvalsh(fit.covariance[:2, :2])[-1]))
+    # For a straight line e1, the only direction across, and the side are one and the same.
+    turning = np.linalg.svd(model, compute_uv=False)[-1] / np.sqrt(count)
+    if turning < LEAST_TURNING or sigma > LARGEST_SIGMA_M:
         raise CalibrationError('check: expected a print that goes in several directions, so that '
                                'a shift of the camera can be told from a bead that lies to one '
                                'side, found one that does not')
     return Offset(
-        shift=solution[0] * e1 + solution[1] * e2, sigma=sigma, side=float(solution[2]),
-        scatter=float(np.sqrt(np.mean(rest**2))), samples=len(points))
+        shift=fit.solution[0] * e1 + fit.solution[1] * e2, sigma=sigma,
+        side=float(fit.solution[2]), scatter=float(np.sqrt(np.mean(fit.rest**2))), samples=count)
 
 
-def _measured(profile: ThicknessProfile) -> Array:
-    measured: Array = ((profile.status == Status.MEASURED)
+def _beads_of(profiles: Sequence[ThicknessProfile]) -> _Beads:
+    shown = [(profile, _measured(profile)) for profile in profiles]
+    return _Beads(
+        points=np.concatenate([profile.points[kept] for profile, kept in shown]),
+        left=np.concatenate([profile.left_points[kept] for profile, kept in shown]),
+        right=np.concatenate([profile.right_points[kept] for profile, kept in shown]),
+        block=np.concatenate([
+            BLOCKS_PER_PROFILE * number + profile.arc_length[kept] // BLOCK_LENGTH_M
+            for number, (profile, kept) in enumerate(shown)]))
+
+
+def _measured(profile: ThicknessProfile) -> Flags:
+    measured: Flags = ((profile.status == Status.MEASURED)
                        & np.isfinite(profile.left_points).all(axis=1)
                        & np.isfinite(profile.right_points).all(axis=1))
     return measured
 
 
-def _clustered(model: Array, rest: Array, blocks: Array, inverse: Array) -> Array:
-    """Covariance of a least-squares solution whose errors go together within blocks.
+def _fit(model: Array, values: Array, block: Array) -> _Fit:
+    """Fit model (N, K) to values (N,) with least squares; errors are correlated within blocks.
 
     [Liang and Zeger 1986, the sandwich estimator; scaled for few blocks as Stata does]
     """
-    names, index = np.unique(blocks, return_inverse=True)
+    inverse = np.linalg.pinv(model.T @ model)
+    solution = inverse @ model.T @ values
+    rest = values - model @ solution
+    names, index = np.unique(block, return_inverse=True)
     scores = np.zeros((len(names), model.shape[1]))
     np.add.at(scores, index, model * rest[:, None])
     count, size = len(names), len(rest)
     scale = count / (count - 1) * (size - 1) / (size - model.shape[1])
-    covariance: Array = scale * inverse @ scores.T @ scores @ inverse
-    return covariance
+    return _Fit(solution, scale * inverse @ scores.T @ scores @ inverse, rest)

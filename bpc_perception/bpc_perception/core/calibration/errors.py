@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class CalibrationError(ValueError):
-    """A calibration cannot be had from what was given; the message says what is missing."""
+    """No calibration can be found from what was given; the message says what is missing."""

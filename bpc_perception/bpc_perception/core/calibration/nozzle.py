@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.calibration.errors import CalibrationError
 from bpc_perception.core.geometry import transform
 
 FEWEST_POSES = 3
+RANK_TOLERANCE = 1e-3  # singular values below it count as 0
+ROTATION_TOLERANCE = 1e-3  # of an element of a matrix, within which rotations are the same
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Pivot:
         offset: (3,) nozzle tip in the flange frame [m].
         offset_sigma: (3,) its standard deviations [m].
         spot: (3,) where the tip stood in the base frame [m].
-        residuals: (N,) distance from the spot at which each pose puts the tip [m].
+        residuals: (N,) distance from the spot to the tip by each pose [m].
     """
 
     offset: Array
@@ -37,10 +38,11 @@ class Pivot:
 
 
 def pivot(T_base_flange: Array, largest_sigma: float = 1e-3) -> Pivot:
-    """Find the tip from flange poses (N, 4, 4) that all have it in one spot.
+    """Find the tip from flange poses (N, 4, 4) [m] that all have it in one spot.
 
-    Each pose gives three equations R t + p = c, linear in the tip t and the spot c. Raises
-    CalibrationError with fewer than three poses, or where the flange was not turned about two
+    Each pose gives three equations R t + p = c, linear in the tip t and the spot c.
+
+    Raises CalibrationError with fewer than three poses, or if the flange was not turned about two
     axes far enough to know the tip to ``largest_sigma`` [m].
     """
     count = len(T_base_flange)
@@ -49,7 +51,7 @@ def pivot(T_base_flange: Array, largest_sigma: float = 1e-3) -> Pivot:
     R, p = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3]
     A = np.concatenate((R, np.broadcast_to(-np.eye(3), R.shape)), axis=2).reshape(-1, 6)
     inverse = np.linalg.pinv(A.T @ A)
-    if np.linalg.matrix_rank(A, tol=1e-3) < 6:
+    if np.linalg.matrix_rank(A, tol=RANK_TOLERANCE) < 6:
         raise CalibrationError('pivoting: expected poses turned about two axes, found the flange '
                                f'turned about {"one" if _turned(R) else "none"} only')
     solution = -inverse @ A.T @ p.ravel()
@@ -62,56 +64,10 @@ def pivot(T_base_flange: Array, largest_sigma: float = 1e-3) -> Pivot:
             f'{sigma.max() * 1e3:.2g} mm: turn the flange further, about two axes, and keep the '
             'tip in the spot')
     offset, spot = solution[:3], solution[3:]
-    distances = np.linalg.norm(transform_each(T_base_flange, offset) - spot, axis=1)
-    return Pivot(offset, sigma, spot, distances)
-
-
-def transform_each(T: Array, point: Array) -> Array:
-    """One point (3,) taken through each of the transforms (N, 4, 4)."""
-    return np.stack([transform(each, point) for each in T])
+    tips = np.stack([transform(each, offset) for each in T_base_flange])
+    return Pivot(offset, sigma, spot, np.linalg.norm(tips - spot, axis=1))
 
 
 def _turned(R: Array) -> bool:
-    return bool(np.abs(R - R[0]).max() > 1e-3)
-
-
-@dataclass(frozen=True)
-class Rest:
-    """A stretch of time in which the flange stood still.
-
-    Attributes:
-        start_ns, end_ns: when [ns].
-        T_base_flange: (4, 4) where.
-    """
-
-    start_ns: int
-    end_ns: int
-    T_base_flange: Array
-
-
-def rests(stamps_ns: NDArray[np.int64], T_base_flange: Array, duration: float = 1.0,
-          distance: float = 2e-4, angle: float = 5e-4) -> list[Rest]:
-    """The stretches of at least ``duration`` [s] in which poses (N, 4, 4) did not change.
-
-    Not change: stay within ``distance`` [m] and ``angle`` [rad] of the first of the stretch. The
-    pose in the middle stands for it. Stretches with the same pose, one after the other, are one.
-    """
-    found: list[Rest] = []
-    start = 0
-    for index in range(1, len(stamps_ns) + 1):
-        if index < len(stamps_ns) and _same(T_base_flange[start], T_base_flange[index],
-                                            distance, angle):
-            continue
-        if stamps_ns[index - 1] - stamps_ns[start] >= duration * 1e9:
-            middle = T_base_flange[(start + index - 1) // 2]
-            if not (found and _same(found[-1].T_base_flange, middle, 2 * distance, 2 * angle)):
-                found.append(Rest(int(stamps_ns[start]), int(stamps_ns[index - 1]), middle))
-        start = index
-    return found
-
-
-def _same(first: Array, second: Array, distance: float, angle: float) -> bool:
-    moved = float(np.linalg.norm(first[:3, 3] - second[:3, 3]))
-    # The chord of a small rotation: Frobenius norm = 2 sqrt(2) sin(angle / 2).
-    turned = float(np.linalg.norm(first[:3, :3] - second[:3, :3])) / np.sqrt(2)
-    return moved <= distance and turned <= angle
+    """Return whether rotations (N, 3, 3) differ."""
+    return bool(np.abs(R - R[0]).max() > ROTATION_TOLERANCE)
