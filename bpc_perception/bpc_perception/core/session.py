@@ -1,4 +1,4 @@
-"""One print being measured: captures wait here until path and poses reach their stamp."""
+"""One print that is measured: captures wait here until path and poses reach their stamp."""
 
 from __future__ import annotations
 
@@ -25,9 +25,16 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a capture: profile and advice, or the reason why there is none.
+    """The result of a capture: profile and advice, or the reason why there is none.
 
-    ``warning`` is about a result that is right as it is, but may not be what was meant.
+    Attributes:
+        capture: what was measured.
+        T_base_camera: (4, 4) pose of the camera's optical frame in the base frame [m]; None = not
+            known.
+        profile: thickness along the path; None = refused.
+        advice: what to change; None = refused.
+        refusal: why there is no profile; empty = there is one.
+        warning: about a result that is right as it is, but may not be what was meant.
     """
 
     capture: Capture
@@ -42,33 +49,36 @@ class Session:
     """Measures captures in order, each as soon as path and flange poses cover its stamp.
 
     Live and offline runs both go through here, so that they give the same numbers.
+
+    Attributes:
+        config: how to measure, from now on.
     """
 
-    DEPTH = 4  # captures that may wait live for the path; each may be 46 MB
+    MAXIMUM_WAITING = 4  # captures that may wait live for the path; each may be 46 MB
 
     def __init__(self, config: ThicknessConfig, hand_eye: HandEye) -> None:
         self.config = config
         self._hand_eye = hand_eye
         self._poses = PoseBuffer()
         self._path: DepositionPath | None = None
-        self._waiting: deque[tuple[Capture, int]] = deque()
+        self._waiting: deque[tuple[Capture, int]] = deque()  # and when each was received [ns]
         self._newest = ('', 0)  # print and stamp of the newest capture that had its turn
-        self._numbers: Counter[str] = Counter()
+        self._counts: Counter[str] = Counter()  # captures of each print so far
         targets = config.advice.target_file
         self._targets = WidthTargets.read(targets) if targets else None
         self._advisor = Advisor(self._targets)
         self._memory = PrintMemory()
 
     def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
-        """Queue a capture, received at this time of the caller's clock."""
+        """Queue a capture, received at this time of the caller's clock [ns]."""
         self._waiting.append((capture, received_ns))
 
     def add_flange_pose(self, stamp_ns: int, T_base_flange: Array) -> bool:
-        """Take a pose of the flange; False unless it is later than the last."""
+        """Add a pose (4, 4) of the flange [m]; return False if it is refused, see PoseBuffer."""
         return self._poses.add(stamp_ns, T_base_flange)
 
     def set_path(self, path: DepositionPath) -> None:
-        """Take the print's path as far as it is known."""
+        """Replace the print's path by what is known of it now."""
         self._path = path
 
     @property
@@ -77,31 +87,35 @@ class Session:
         return len(self._waiting)
 
     def skip_overtaken(self) -> int:
-        """Forget captures that are no longer worth measuring live; how many.
+        """Forget captures that are no longer worth measuring live; return how many.
 
-        Those for which a newer one can be measured by now, and the oldest of too many.
+        Forgotten are all but the newest of those that can be measured by now, and the oldest if
+        more than ``MAXIMUM_WAITING`` wait.
         """
         waiting = list(self._waiting)
         ready = [index for index, (capture, _) in enumerate(waiting) if self._ready(capture)]
-        overtaken = {*ready[:-1], *range(len(waiting) - self.DEPTH)}
+        overtaken = {*ready[:-1], *range(len(waiting) - self.MAXIMUM_WAITING)}
         self._waiting = deque(entry for index, entry in enumerate(waiting)
                               if index not in overtaken)
         return len(overtaken)
 
     def clear(self) -> None:
-        """Forget everything received, as when the clock jumps back."""
+        """Forget everything received, as is needed when the clock jumps back."""
         self._poses.clear()
         self._path = None
         self._waiting.clear()
         self._newest = ('', 0)
-        self._numbers.clear()
+        self._counts.clear()
         self._advisor = Advisor(self._targets)
         self._memory = PrintMemory()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
-        """Measure every capture that is ready, or has waited for longer than ``patience``.
+        """Yield the results of all captures that are ready or have waited too long.
 
-        With ``finish`` nothing more will come, and all captures are dealt with.
+        Args:
+            now_ns: by the caller's clock [ns]; ``config.patience`` later than it was received a
+                capture is measured with the path there is.
+            finish: nothing more will come, so measure all captures.
         """
         patience_ns = self.config.patience * 1e9
         while self._waiting:
@@ -119,26 +133,40 @@ class Session:
         path = self._path
         if path is None or not path.print_id:
             return Result(capture, refusal='path: expected a print, found none started')
+        refusal = self._untimely(capture, path)
+        if refusal:
+            return Result(capture, refusal=refusal)
+        self._newest = (path.print_id, capture.stamp_ns)
+        T_base_camera = self._camera_pose(capture.stamp_ns)
+        if T_base_camera is None:
+            return Result(capture, refusal='end_effector_pose: expected poses around the '
+                                           'capture, found none near enough in time')
+        number = self._counts[path.print_id]
+        self._counts[path.print_id] += 1
+        return self._profile_and_advice(capture, path, T_base_camera, number)
+
+    def _untimely(self, capture: Capture, path: DepositionPath) -> str:
+        """Return why a capture of this stamp is not measured; empty = it is."""
         if capture.stamp_ns < path.start_ns:
-            return Result(capture, refusal='path: expected a print begun before the capture, '
-                                           f'found {path.print_id}')
+            return f'path: expected a print begun before the capture, found {path.print_id}'
         newest_print, newest_ns = self._newest
         if path.print_id == newest_print and capture.stamp_ns <= newest_ns:
-            return Result(capture, refusal='capture: expected a later stamp than the last, '
-                                           'found it late or twice')
-        self._newest = (path.print_id, capture.stamp_ns)
-        T_base_camera = self._hand_eye.T_parent_camera
-        if not self._hand_eye.on_base:
-            T_base_flange = self._poses.at(capture.stamp_ns, self.config.maximum_pose_gap)
-            if T_base_flange is None:
-                return Result(capture, refusal='end_effector_pose: expected poses around the '
-                                               'capture, found none near enough in time')
-            T_base_camera = T_base_flange @ T_base_camera
-        number = self._numbers[path.print_id]
-        self._numbers[path.print_id] += 1
+            return 'capture: expected a later stamp than the last, found it late or twice'
+        return ''
+
+    def _camera_pose(self, stamp_ns: int) -> Array | None:
+        """Return T_base_camera (4, 4) [m] at a time; None = there are no poses around it."""
+        if self._hand_eye.on_base:
+            return self._hand_eye.T_parent_camera
+        T_base_flange = self._poses.at(stamp_ns, self.config.maximum_pose_gap)
+        if T_base_flange is None:
+            return None
+        return T_base_flange @ self._hand_eye.T_parent_camera
+
+    def _profile_and_advice(self, capture: Capture, path: DepositionPath, T_base_camera: Array,
+                            number: int) -> Result:
         try:
-            profile = measure(capture, path, T_base_camera, self.config, number,
-                              self._memory)
+            profile = measure(capture, path, T_base_camera, self.config, number, self._memory)
             advice = self._advisor.advise(profile, path, self.config.advice)
         except MeasurementError as error:
             return Result(capture, T_base_camera, refusal=str(error))

@@ -103,7 +103,7 @@ def test_of_captures_that_are_ready_the_newest_is_measured_live() -> None:
 
 def test_live_only_so_many_captures_wait_for_the_path() -> None:
     made = session(*np.arange(1, 11))
-    assert made.skip_overtaken() == 10 - Session.DEPTH
+    assert made.skip_overtaken() == 10 - Session.MAXIMUM_WAITING
     assert stamps(list(made.results(finish=True))) == [7, 8, 9, 10]
 
 
