@@ -1,1 +1,1 @@
-"""What the extruder says of itself, and what that means for the ink."""
+"""What the extruder reports, and what that means for the ink."""

@@ -1,4 +1,4 @@
-"""The extruder's state as the path carries it."""
+"""The extruder's state, as the path needs it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ExtruderSample:
-    """What the extruder did at one time [ns]; velocity [m/s] and flow [m^3/s], NaN = unknown."""
+    """What the extruder did at one time.
+
+    Attributes:
+        stamp_ns: when [ns].
+        extruding: whether ink was being pushed out; False if unknown.
+        plunger_velocity: [m/s]; NaN = unknown.
+        flow_rate: [m^3/s]; NaN = unknown.
+    """
 
     stamp_ns: int
     extruding: bool

@@ -1,16 +1,16 @@
-"""From what the extruder's stepper driver says to how the plunger moves and what ink flows.
+"""The state of the extruder's stepper driver, and the line in which a micro-controller sends it.
 
 The driver is a Pololu Tic; names, units and bits are those of its user's guide and of
-``tic_protocol.h`` in pololu-tic-software. By itself or behind a micro-controller, which sends
-a line a state:
+``tic_protocol.h`` in pololu-tic-software. It is read directly, or through a micro-controller that
+sends one line for each state:
 
     BPC1,millis,position,velocity,step_mode,operation_state,misc_flags,error_status,
     errors_occurred,vin_mv*XXXX
 
-in one line, ended by LF or CR LF. All numbers are decimal integers, but for the four digits after
-the asterisk: the CRC-16/XMODEM of all bytes before it, in hexadecimal. (The exclusive or of NMEA
-0183 stays the same when two equal digits get lost.) ``millis`` is the micro-controller's clock
-[ms], 32 bits.
+All of this is one line, which ends with LF or CR LF. The numbers are decimal integers. The four
+digits after the asterisk are hexadecimal: the CRC-16/XMODEM of all bytes before it. (The exclusive
+or of NMEA 0183 stays the same when two equal digits get lost.) ``millis`` is the
+micro-controller's clock [ms], 32 bits.
 """
 
 from __future__ import annotations
@@ -19,21 +19,23 @@ from binascii import crc_hqx
 from dataclasses import dataclass
 
 LINE_START = b'BPC1'
-FIELDS = ('millis', 'position', 'velocity', 'step_mode', 'operation_state', 'misc_flags',
-          'error_status', 'errors_occurred', 'vin_mv')
-# Microsteps a full step, by the code of the step mode.
+LINE_FIELDS = ('millis', 'position', 'velocity', 'step_mode', 'operation_state', 'misc_flags',
+               'error_status', 'errors_occurred', 'vin_mv')
+VELOCITY_PERIOD_S = 10_000  # velocities are in microsteps per this time
+# Microsteps per full step, by the code of the step mode.
 MICROSTEPS = {0: 1, 1: 2, 2: 4, 3: 8, 4: 16, 5: 32, 6: 2, 7: 64, 8: 128, 9: 256}
 OPERATION_STATES = {0: 'reset', 2: 'de-energized', 4: 'soft error', 6: 'waiting for ERR line',
                     8: 'starting up', 10: 'normal'}
 # Widths of the Tic's variables, and of the micro-controller's clock.
-LIMITS = {'millis': (0, 2**32 - 1), 'position': (-2**31, 2**31 - 1),
-          'velocity': (-2**31, 2**31 - 1), 'operation_state': (0, 255), 'misc_flags': (0, 255),
-          'error_status': (0, 2**16 - 1), 'errors_occurred': (0, 2**32 - 1),
-          'vin_mv': (0, 2**16 - 1)}
-ERRORS = {0: 'intentionally de-energized', 1: 'motor driver', 2: 'low VIN', 3: 'kill switch',
-          4: 'required input invalid', 5: 'serial error', 6: 'command timeout',
-          7: 'safe start violation', 8: 'ERR line high', 16: 'serial framing',
-          17: 'RX overrun', 18: 'format', 19: 'CRC', 20: 'encoder skip'}
+FIELD_LIMITS = {'millis': (0, 2**32 - 1), 'position': (-2**31, 2**31 - 1),
+                'velocity': (-2**31, 2**31 - 1), 'operation_state': (0, 255),
+                'misc_flags': (0, 255), 'error_status': (0, 2**16 - 1),
+                'errors_occurred': (0, 2**32 - 1), 'vin_mv': (0, 2**16 - 1)}
+# By their bits.
+ERROR_NAMES = {0: 'intentionally de-energized', 1: 'motor driver', 2: 'low VIN', 3: 'kill switch',
+               4: 'required input invalid', 5: 'serial error', 6: 'command timeout',
+               7: 'safe start violation', 8: 'ERR line high', 16: 'serial framing',
+               17: 'RX overrun', 18: 'format', 19: 'CRC', 20: 'encoder skip'}
 
 
 class ExtruderError(RuntimeError):
@@ -46,10 +48,12 @@ class StateError(ValueError):
 
 @dataclass(frozen=True)
 class TicState:
-    """What the stepper driver says of itself.
+    """What the stepper driver reports.
+
+    Raises StateError if the step mode is unknown or a number has more bits than the Tic sends.
 
     Attributes:
-        device_ns: time by the device's clock [ns]; None = it has none.
+        device_ns: time by the device's clock [ns]; None = it has no clock.
         position: commanded [microsteps].
         velocity: commanded [microsteps per 10000 s].
         step_mode: code of the size of a microstep.
@@ -71,26 +75,29 @@ class TicState:
         if self.step_mode not in MICROSTEPS:
             raise StateError(f'step mode: expected a code up to {max(MICROSTEPS)}, '
                              f'found {self.step_mode}')
-        for name, (least, most) in LIMITS.items():
+        for name, (least, most) in FIELD_LIMITS.items():
             value = (self.device_ns or 0) // 10**6 if name == 'millis' else getattr(self, name)
             if not least <= value <= most:
                 raise StateError(f'{name}: expected {least} to {most}, found {value}')
 
 
 def error_names(bits: int) -> str:
-    """The errors of ``error_status`` or ``errors_occurred`` in words; empty = none."""
-    return ', '.join(ERRORS.get(bit, f'bit {bit}') for bit in range(32) if bits >> bit & 1)
+    """Return the errors of ``error_status`` or ``errors_occurred`` in words; empty = none."""
+    return ', '.join(ERROR_NAMES.get(bit, f'bit {bit}') for bit in range(32) if bits >> bit & 1)
 
 
 def parse_line(line: bytes) -> TicState:
-    """The state in a line without its end. Raises StateError."""
+    """Return the state in a line.
+
+    Raises StateError if the checksum, the number of fields or a number is wrong.
+    """
     content, star, given = line.strip().rpartition(b'*')
     expected = b'%04X' % crc_hqx(content, 0)
     if not star or given.upper() != expected:
         raise StateError(f'line: expected checksum {expected.decode()}, found {_shown(line)}')
     start, *fields = content.split(b',')
-    if start != LINE_START or len(fields) != len(FIELDS):
-        raise StateError(f'line: expected {LINE_START.decode()} and {len(FIELDS)} numbers, '
+    if start != LINE_START or len(fields) != len(LINE_FIELDS):
+        raise StateError(f'line: expected {LINE_START.decode()} and {len(LINE_FIELDS)} numbers, '
                          f'found {_shown(line)}')
     try:
         millis, *numbers = (int(field) for field in fields)
@@ -100,7 +107,7 @@ def parse_line(line: bytes) -> TicState:
 
 
 def format_line(state: TicState) -> bytes:
-    """The line of a state, as the reference sketch sends it."""
+    """Return the line of a state, as the reference sketch sends it."""
     numbers = ((state.device_ns or 0) // 10**6, state.position, state.velocity, state.step_mode,
                state.operation_state, state.misc_flags, state.error_status,
                state.errors_occurred, state.vin_mv)
@@ -109,4 +116,5 @@ def format_line(state: TicState) -> bytes:
 
 
 def _shown(line: bytes) -> str:
+    """Return the start of a line as it can be shown."""
     return repr(line[:80])[1:]
