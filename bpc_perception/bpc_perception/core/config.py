@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from bpc_perception.core.parameter import Config, ConfigError, Parameter
-from bpc_perception.core.robot.kinematics import LINKS
+from bpc_perception.core.robot.kinematics import LINK_OFFSETS_M
 
 BASE, FLANGE = 'lbr_link_0', 'lbr_link_ee'
 
@@ -153,14 +153,14 @@ class PoseConfig(Config):
         read_only=True)] = 'pose_stamped'
     robot: Annotated[str, Parameter(
         'With joint_states and lbr_state: whose joints they are; none = not said',
-        choices=('none', *LINKS), read_only=True)] = 'none'
+        choices=('none', *LINK_OFFSETS_M), read_only=True)] = 'none'
     flange_frame: Annotated[str, Parameter(
         'With tf: name of the flange', read_only=True)] = FLANGE
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.robot == 'none' and self.source in ('joint_states', 'lbr_state'):
-            raise ConfigError(f'robot: expected one of {", ".join(LINKS)} with source '
+            raise ConfigError(f'robot: expected one of {", ".join(LINK_OFFSETS_M)} with source '
                               f'{self.source}, found none')
 
 

@@ -11,12 +11,17 @@ from scipy.ndimage import median_filter
 
 from bpc_perception.core.arrays import Array, Flags
 
-SHORT = 19  # a window for which sorting is quicker than a filter [values]
+LONGEST_SORTED_WINDOW = 19  # up to which sorting is quicker than a filter [values]
 
 
 def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
-    """Median (N, ...) over the second axis of values (N, M, ...) where mask (N, M); NaN = none."""
-    # What is compared lies side by side in memory, which sorting needs to be fast.
+    """Return the medians (N, ...) of masked values over their second axis.
+
+    Args:
+        values: (N, M, ...) numbers.
+        mask: (N, M) which of them count; NaN is the median of none.
+    """
+    # Values that are compared lie side by side in memory, which makes sorting fast.
     ordered = np.moveaxis(values, 1, -1).copy()
     shown = mask.reshape(len(mask), *(1,) * (values.ndim - 2), -1)
     np.copyto(ordered, np.inf, where=~shown)
@@ -30,7 +35,11 @@ def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
 
 
 def running_median(values: Array, window: int) -> Array:
-    """Median of values (N, ...) over ``window`` neighbours; NaN takes the nearest known value."""
+    """Return the running medians (N, ...) of values (N, ...) over ``window`` neighbours.
+
+    NaN is replaced first, linearly between the known values around and by the nearest at the
+    ends. A column of NaN alone stays NaN.
+    """
     columns = values.reshape(len(values), -1)
     result = np.empty_like(columns)
     index = np.arange(len(values))
@@ -46,8 +55,8 @@ def running_median(values: Array, window: int) -> Array:
 
 
 def _filtered(values: Array, window: int) -> Array:
-    """Running median of values (N,); the first and the last go on beyond the ends."""
-    if window % 2 == 0 or window > SHORT:
+    """Return the running median of values (N,); the first and last values extend the ends."""
+    if window % 2 == 0 or window > LONGEST_SORTED_WINDOW:
         return np.asarray(median_filter(values, size=window, mode='nearest'))
     half = window // 2
     padded = np.concatenate((np.full(half, values[0]), values, np.full(half, values[-1])))

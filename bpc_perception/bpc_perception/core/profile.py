@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Flags
 
 StatusArray = NDArray[np.uint8]
 
@@ -27,10 +27,19 @@ class Status(IntEnum):
 
 @dataclass(frozen=True)
 class Summary:
-    """Statistics of a profile; thickness over its MEASURED samples [m], NaN without any.
+    """Statistics of a profile.
 
-    The offset [m] is of the deposit's middle from the path, positive to the left of the direction
-    of travel. Where the path turns, a shift of the whole print shows in its root mean square.
+    Attributes:
+        thickness_mean, thickness_std: mean and standard deviation over the MEASURED samples [m];
+            NaN without any.
+        thickness_q1, thickness_median, thickness_q3: their quartiles [m]; NaN without any.
+        coverage: share of the samples that are MEASURED or GAP; NaN without samples.
+        gap_count: number of gaps.
+        gap_length: their length together [m].
+        offset_mean: mean offset of the deposit's middle from the path, over the MEASURED samples,
+            positive to the left of the direction of travel [m]; NaN without any.
+        offset_rms: root mean square of the offset [m]. It shows a shift of the whole print, which
+            cancels in the mean where the path turns.
     """
 
     thickness_mean: float
@@ -47,7 +56,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class ThicknessProfile:
-    """Thickness along the path of a print, measured in one capture; arrays of N samples.
+    """Thickness of N samples along the path of a print, measured in one capture.
 
     Attributes:
         stamp_ns: stamp of the capture [ns].
@@ -75,8 +84,8 @@ class ThicknessProfile:
     time: Array
     arc_length: Array
     points: Array
-    extruding: NDArray[np.bool_]
-    status: NDArray[np.uint8]
+    extruding: Flags
+    status: StatusArray
     thickness: Array
     sigma: Array
     left: Array
@@ -92,7 +101,7 @@ class ThicknessProfile:
     def gaps(self) -> Array:
         """Arc lengths (G, 2) at which each uninterrupted run of GAP starts and ends [m].
 
-        A sample stands for the path half-way to its neighbours.
+        A sample stands for the path up to half-way to its neighbours.
         """
         return run_extents(self.status == Status.GAP, self.arc_length)
 
@@ -105,17 +114,20 @@ class ThicknessProfile:
         offset = (self.left - self.right)[self.status == Status.MEASURED] / 2
         known = (self.status == Status.MEASURED) | (self.status == Status.GAP)
         return Summary(
-            thickness_mean=float(measured.mean()) if len(measured) else np.nan,
+            thickness_mean=_mean(measured),
             thickness_std=float(measured.std()) if len(measured) else np.nan,
             thickness_q1=float(q1), thickness_median=float(median), thickness_q3=float(q3),
-            coverage=float(known.mean()) if len(known) else np.nan,
+            coverage=_mean(known),
             gap_count=len(self.gaps),
             gap_length=float((self.gaps[:, 1] - self.gaps[:, 0]).sum()),
-            offset_mean=float(offset.mean()) if len(offset) else np.nan,
-            offset_rms=float(np.sqrt((offset**2).mean())) if len(offset) else np.nan)
+            offset_mean=_mean(offset),
+            offset_rms=float(np.sqrt(_mean(offset**2))))
 
     def off_path(self, maximum_offset: float) -> str:
-        """A warning if the deposit lies farther off the path than this share of its width."""
+        """Return a warning if the deposit is farther off the path than this share of its width.
+
+        Empty = it is not.
+        """
         found = self.summary
         if not found.offset_rms > maximum_offset * found.thickness_mean:
             return ''
@@ -125,8 +137,20 @@ class ThicknessProfile:
                 'calibration and the nozzle offset')
 
 
-def run_extents(mask: NDArray[np.bool_], arc_length: Array) -> Array:
-    """Start and end (R, 2) of each run of True along arc_length (N,), to half-way samples."""
+def _mean(values: Array | Flags) -> float:
+    """Return the mean of values (N,); NaN without any."""
+    return float(values.mean()) if len(values) else np.nan
+
+
+def run_extents(mask: Flags, arc_length: Array) -> Array:
+    """Return the arc lengths (R, 2) at which each run of True starts and ends [m].
+
+    A sample stands for the path up to half-way to its neighbours.
+
+    Args:
+        mask: (N,) samples.
+        arc_length: (N,) of the samples [m], increasing.
+    """
     if not mask.any():
         return np.empty((0, 2))
     borders = np.concatenate((arc_length[:1], (arc_length[1:] + arc_length[:-1]) / 2,

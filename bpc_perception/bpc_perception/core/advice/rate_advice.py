@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Reason(IntEnum):
-    """Why the advice is what it is; the numbers are those of RateAdvice.msg."""
+    """Why the advice is as it is; the numbers are those of RateAdvice.msg."""
 
     ON_TARGET = 0
     UNDER_EXTRUSION = 1
@@ -32,18 +32,19 @@ class RateAdvice:
         stamp_ns: stamp of the capture [ns].
         print_id: identifier of the print.
         valid: whether the scales may be applied.
-        reason: why.
+        reason: why it is as it is.
         target_thickness, measured_thickness: [m]; NaN = none.
         window: arc lengths from and to [m]; NaN = none.
         sample_count: MEASURED samples in the window.
-        flow_rate_scale, speed_scale: factors on what was in force at the stamp, each alone
-            reaching the target; 1 if not valid.
-        reference_time: before the stamp, over which what was in force was averaged [s].
+        flow_rate_scale, speed_scale: factors on what was in force at the stamp; each of them
+            alone reaches the target; 1 if not valid.
+        reference_time: time before the stamp, over which what was in force was averaged [s].
         confidence: 0 to 1.
-        measurement_age: from the laying of the newest MEASURED sample to the capture [s].
+        measurement_age: time from laying the newest MEASURED sample to the capture [s].
         valid_until_ns: end of the advice's life [ns].
-        expected_thickness: what the command in force at the stamp comes to [m]; NaN = unknown.
-        delivery: how much arrives, over what the print was set up for; NaN = unknown.
+        expected_thickness: thickness that the command in force at the stamp makes [m]; NaN =
+            unknown.
+        delivery: how much arrives, as a share of what the print was set up for; NaN = unknown.
         delivery_sigma: relative standard deviation of ``delivery``; NaN = unknown.
         lag, lag_sigma: time constant of the delivery and its standard deviation [s].
         flow_rate, plunger_velocity, speed: the advice as values [m^3/s, m/s, m/s]; NaN =

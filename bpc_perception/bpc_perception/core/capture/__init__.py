@@ -1,1 +1,1 @@
-"""What the camera delivers: one capture, a region of it, its parts paired by stamp."""
+"""What the camera delivers: captures, regions of them, and their parts paired by stamp."""

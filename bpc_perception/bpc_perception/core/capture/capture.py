@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Flags, Floats
+
+NEAREST_DEPTH_M = 1e-6  # what is nearer is not in front of the camera
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,8 @@ class PinholeCamera:
 
     Attributes:
         K: (3, 3) matrix of focal lengths and principal point [pixels].
-        distortion: (5,) plumb-bob coefficients k1, k2, p1, p2, k3.
+        distortion: (5,) plumb-bob coefficients k1, k2, p1, p2, k3; the last ones may be missing,
+            and k4, k5, k6 of the rational model may follow.
         width, height: size of the image [pixels].
     """
 
@@ -32,14 +35,14 @@ class PinholeCamera:
         return float(self.K[0, 0] + self.K[1, 1]) / 2
 
     def pixels(self, points: Array) -> Array:
-        """Project points (..., 3) of the camera frame [m] to pixels (..., 2) as (u, v).
+        """Return the pixels (..., 2) as (u, v) of points (..., 3) in the camera frame [m].
 
-        Pixel centres have integer coordinates. Points not in front of the camera, and
-        non-finite ones, give NaN. As cv2.projectPoints, which takes ten times as long, since it
-        works out derivatives as well.
+        Pixel centres have integer coordinates. Points that are not in front of the camera, or not
+        finite, give NaN. The result is that of cv2.projectPoints, which takes ten times as long
+        since it also computes derivatives.
         """
         z = points[..., 2]
-        z = np.where((z > 1e-6) & (z < np.inf), z, np.nan)
+        z = np.where((z > NEAREST_DEPTH_M) & (z < np.inf), z, np.nan)
         x, y = points[..., 0] / z, points[..., 1] / z
         if self.distortion.any():
             x, y = self._distort(x, y)
@@ -49,24 +52,29 @@ class PinholeCamera:
         return uv
 
     def _distort(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Where a lens moves places x, y of the plane z = 1 [OpenCV, calib3d: distortion]."""
+        """Return where the lens moves places x, y of the plane z = 1.
+
+        [OpenCV, calib3d: distortion]
+        """
         k1, k2, p1, p2, k3, k4, k5, k6 = np.pad(self.distortion, (0, 8 - len(self.distortion)))
         r2 = x * x + y * y
         radial = ((1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6))))
         return (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
                 y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y)
 
-    def contains(self, uv: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
-        """Whether pixels (..., 2) lie between the outermost pixel centres of the image."""
+    def contains(self, uv: NDArray[np.floating[Any]]) -> Flags:
+        """Return which pixels (..., 2) lie between the outermost pixel centres of the image."""
         u, v = uv[..., 0], uv[..., 1]
-        inside: NDArray[np.bool_] = (
+        inside: Flags = (
             (u >= 0) & (u <= self.width - 1) & (v >= 0) & (v <= self.height - 1))
         return inside
 
 
 @dataclass(frozen=True)
 class Capture:
-    """What the camera delivers at once; pixel (v, u) of the image is (v, u) of the cloud.
+    """What the camera delivers at once; pixel (v, u) of the image is point (v, u) of the cloud.
+
+    Raises ValueError if image, cloud and intrinsics are not of one size.
 
     Attributes:
         stamp_ns: time of the capture [ns].
@@ -74,15 +82,15 @@ class Capture:
         image: (H, W, 3) RGB, uint8.
         cloud: (H, W, 3) points in the camera's optical frame [m], float32; NaN = none.
         camera: intrinsics belonging to image and cloud.
-        snr: (H, W) signal-to-noise ratio of the points, float32; None = the camera tells none.
+        snr: (H, W) signal-to-noise ratio of the points, float32; None = the camera gives none.
     """
 
     stamp_ns: int
     frame_id: str
     image: NDArray[np.uint8]
-    cloud: NDArray[np.float32]
+    cloud: Floats
     camera: PinholeCamera
-    snr: NDArray[np.float32] | None = None
+    snr: Floats | None = None
 
     def __post_init__(self) -> None:
         shape = (self.camera.height, self.camera.width, 3)
@@ -91,14 +99,14 @@ class Capture:
                              f'found {self.image.shape} and {self.cloud.shape}')
 
 
-def sample_cloud(cloud: NDArray[np.float32], uv: Array) -> Array:
-    """Points (N, 3) of an organized cloud (H, W, 3) at sub-pixel positions uv (N, 2).
+def sample_cloud(cloud: Floats, uv: Array) -> Array:
+    """Return the points (N, 3) of an organized cloud (H, W, 3) [m] at sub-pixel places uv (N, 2).
 
-    Bilinear between the four pixels around; NaN where one that carries weight has no point,
-    and outside the image.
+    They are interpolated bilinearly between the four pixels around. NaN outside the image, and
+    where one of the four that carries weight has no point.
     """
     height, width = cloud.shape[:2]
-    inside: NDArray[np.bool_] = np.all((uv >= 0) & (uv <= (width - 1, height - 1)), axis=1)
+    inside: Flags = np.all((uv >= 0) & (uv <= (width - 1, height - 1)), axis=1)
     safe = np.where(inside[:, None], uv, 0.0)
     base = np.minimum(safe.astype(np.intp), np.maximum((width - 2, height - 2), 0))
     u, v = base.T

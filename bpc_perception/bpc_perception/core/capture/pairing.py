@@ -1,4 +1,4 @@
-"""Bringing together the parts of one capture by their exact stamp."""
+"""The parts of one capture, brought together by their exact stamp."""
 
 from __future__ import annotations
 
@@ -8,19 +8,23 @@ Part = TypeVar('Part')
 
 
 class StampPairer(Generic[Part]):
-    """Collects one part of each kind a stamp; parts may come in any order."""
+    """Collects one part of each kind for each stamp; parts may come in any order."""
 
-    # What never becomes complete must not fill memory; a capture may be 46 MB.
-    DEPTH = 4
+    # Sets that never become complete must not fill memory; a capture may be 46 MB.
+    MAXIMUM_INCOMPLETE = 4
 
     def __init__(self, kinds: tuple[str, ...]) -> None:
+        """Collect these kinds of parts."""
         self._kinds = kinds
         self._incomplete: dict[int, dict[str, Part]] = {}
         self._received: dict[int, int] = {}
 
     def add(self, kind: str, stamp_ns: int, part: Part,
             received_ns: int = 0) -> dict[str, Part] | None:
-        """Take a part, received at this time; the whole set if it was the last missing."""
+        """Add a part, received at this time [ns].
+
+        Return the whole set, by kind, if the part was the last that was missing.
+        """
         parts = self._incomplete.setdefault(stamp_ns, {})
         self._received.setdefault(stamp_ns, received_ns)
         parts[kind] = part
@@ -30,16 +34,18 @@ class StampPairer(Generic[Part]):
         return parts
 
     def expired(self, before_ns: int) -> list[tuple[str, ...]]:
-        """Give up sets begun before this time, and all but the newest; the kinds they lack."""
+        """Give up sets begun before this time [ns], and the oldest if there are too many.
+
+        Return the kinds that each of them lacks.
+        """
         ordered = sorted(self._incomplete)
-        surplus = ordered[:-self.DEPTH] if len(ordered) > self.DEPTH else []
-        given_up = [stamp for stamp in ordered
+        surplus = ordered[:-self.MAXIMUM_INCOMPLETE]
+        given_up = [self._remove(stamp) for stamp in ordered
                     if stamp in surplus or self._received[stamp] < before_ns]
-        removed = [self._remove(stamp) for stamp in given_up]
-        return [tuple(kind for kind in self._kinds if kind not in parts) for parts in removed]
+        return [tuple(kind for kind in self._kinds if kind not in parts) for parts in given_up]
 
     def overtaken(self, stamp_ns: int, kind: str) -> int:
-        """Forget sets older than this stamp of which only one kind came; how many.
+        """Forget sets older than this stamp with a part of only this kind; return how many.
 
         The other kinds, in shorter queues, had to give way to newer ones.
         """

@@ -1,4 +1,4 @@
-"""A region of a capture: what is cut away need not be sent, nor looked at."""
+"""A region of a capture: what is cut away is neither sent nor looked at."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ Region = tuple[int, int, int, int]  # x, y of the upper left pixel, width, heigh
 
 
 def crop(capture: Capture, region: Region) -> Capture:
-    """The part of a capture in a region, without a copy; the whole for an empty region.
+    """Return the part of a capture in a region, without a copy; the whole for an empty region.
 
     Points and intrinsics keep the optical frame: only the principal point is counted from
     another pixel.
 
-    Raises ValueError where the region is not within the image.
+    Raises ValueError if the region is not within the image.
     """
     x, y, width, height = region
     if width == 0 or height == 0:

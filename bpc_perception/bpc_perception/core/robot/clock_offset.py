@@ -1,4 +1,4 @@
-"""The time of a device's own clock on ours, from when its messages came."""
+"""The receiver's time of what a device stamps with its own clock."""
 
 from __future__ import annotations
 
@@ -6,29 +6,28 @@ from __future__ import annotations
 class ClockOffset:
     """Maps a device's clock onto the receiver's.
 
-    A message is never received before it was sent. So of a stretch of time the smallest
-    difference between receipt and device time is the one with the least delay, and the rest is
-    jitter [Cristian 1989, one way]. Of the last two stretches it is taken, so that the slow
-    drift of two quartz clocks is followed. What comes later is never put earlier.
+    A message is never received before it was sent. So the smallest difference between receipt and
+    device time within a stretch of time has the least delay, and the rest is jitter [Cristian
+    1989, one way]. The smallest difference of the last two stretches counts, so that the slow
+    drift of two quartz clocks is followed. A later device time is never mapped to an earlier time.
     """
 
     STRETCH_NS = 10 * 10**9
     JUMP_NS = 10**9  # a device whose clock is off by more than this was set, or started anew
 
     def __init__(self) -> None:
-        self._least: list[int] = []
-        self._begun_ns = 0
-        self._latest_ns = 0
-        self._mapped_ns = 0
+        self._least: list[int] = []  # smallest difference in each of the last two stretches [ns]
+        self._begun_ns = 0  # when the newest stretch began
+        self._latest_ns = 0  # newest device time
+        self._mapped_ns = 0  # what it was mapped to
 
     def map(self, device_ns: int, received_ns: int) -> int:
-        """The receiver's time [ns] of a device time, whose message came at ``received_ns``."""
+        """Return the receiver's time [ns] of a device time, whose message was received then."""
         offset = received_ns - device_ns
-        if self._least and (device_ns < self._latest_ns
-                            or abs(offset - min(self._least)) > self.JUMP_NS):
+        if self._was_set(device_ns, offset):
             self._least.clear()
             self._mapped_ns = 0
-        # A message that came quicker than all before shows that those were put too late.
+        # A message with less delay than all before shows that those were mapped too late.
         later = device_ns > self._latest_ns
         self._latest_ns = device_ns
         if not self._least or received_ns - self._begun_ns > self.STRETCH_NS:
@@ -38,7 +37,12 @@ class ClockOffset:
         self._mapped_ns = max(device_ns + min(self._least), self._mapped_ns + later)
         return self._mapped_ns
 
+    def _was_set(self, device_ns: int, offset: int) -> bool:
+        """Return whether the device's clock was set, or the device started anew."""
+        return bool(self._least) and (device_ns < self._latest_ns
+                                      or abs(offset - min(self._least)) > self.JUMP_NS)
+
     @property
     def offset_ns(self) -> int | None:
-        """Our clock less the device's, as it is taken now; None before the first message."""
+        """The receiver's clock minus the device's, by now; None before the first message."""
         return min(self._least) if self._least else None

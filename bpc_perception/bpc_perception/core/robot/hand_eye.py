@@ -1,4 +1,4 @@
-"""Where the camera is mounted."""
+"""The pose of the camera on its mount."""
 
 from __future__ import annotations
 

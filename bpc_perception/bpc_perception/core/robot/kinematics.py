@@ -1,4 +1,4 @@
-"""Forward kinematics of the KUKA LBR Med: where the flange is, from the joints' angles."""
+"""Forward kinematics of the KUKA LBR Med: from joint angles to the pose of the flange."""
 
 from __future__ import annotations
 
@@ -9,27 +9,29 @@ import numpy as np
 from bpc_perception.core.arrays import Array
 
 JOINTS = tuple(f'A{number}' for number in range(1, 8))
-# Denavit-Hartenberg d of the joints [m]; a is 0 everywhere. Those of the Med 7 R800 add up the
-# joint origins of its URDF in lbr_fri_ros2_stack. That URDF has 0.3595 for the first of the
-# Med 14 R820, for which the maker's drawing has 0.360; the whole cell shifts with it by 0.5 mm.
-LINKS = {
+# Denavit-Hartenberg d of the joints; a is 0 everywhere. For the Med 7 R800 they are sums of the
+# joint origins in its URDF in lbr_fri_ros2_stack. For the first joint of the Med 14 R820 that URDF
+# has 0.3595, but the maker's drawing 0.360; the whole cell shifts with it by 0.5 mm.
+LINK_OFFSETS_M = {
     'lbr_med_7': (0.340, 0.0, 0.400, 0.0, 0.400, 0.0, 0.126),
     'lbr_med_14': (0.360, 0.0, 0.420, 0.0, 0.400, 0.0, 0.126),
 }
-TWISTS = np.radians((-90.0, 90.0, 90.0, -90.0, -90.0, 90.0, 0.0))  # alpha
+LINK_TWISTS_RAD = np.radians((-90.0, 90.0, 90.0, -90.0, -90.0, 90.0, 0.0))  # alpha
 
 
 def flange_pose(robot: str, angles: Array) -> Array:
-    """T_base_flange (4, 4), ``lbr_link_0`` to ``lbr_link_ee``, for angles (7,) A1..A7 [rad].
+    """Return T_base_flange (4, 4) [m] for joint angles (7,) A1..A7 [rad].
 
-    Raises ValueError for a robot not known, or angles that are not seven finite numbers.
+    The base is ``lbr_link_0``, the flange ``lbr_link_ee``.
+
+    Raises ValueError if the robot is not known, or the angles are not seven finite numbers.
     """
-    if robot not in LINKS:
-        raise ValueError(f'robot: expected {" or ".join(LINKS)}, found {robot!r}')
+    if robot not in LINK_OFFSETS_M:
+        raise ValueError(f'robot: expected {" or ".join(LINK_OFFSETS_M)}, found {robot!r}')
     if angles.shape != (len(JOINTS),) or not np.isfinite(angles).all():
         raise ValueError(f'joints: expected {len(JOINTS)} finite angles, found {angles.tolist()}')
     T_base_link = np.eye(4)
-    for theta, d, alpha in zip(angles, LINKS[robot], TWISTS, strict=True):
+    for theta, d, alpha in zip(angles, LINK_OFFSETS_M[robot], LINK_TWISTS_RAD, strict=True):
         c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
         T_base_link = T_base_link @ np.array((
             (c, -s * ca, s * sa, 0.0), (s, c * ca, -c * sa, 0.0),
@@ -38,15 +40,19 @@ def flange_pose(robot: str, angles: Array) -> Array:
 
 
 def order_joints(names: Sequence[str], angles: Sequence[float]) -> Array:
-    """Angles (7,) A1..A7 of joints that may come in any order, among others, and with a prefix.
+    """Return the angles (7,) of A1..A7 [rad] from joints in any order.
 
-    Raises ValueError unless each joint is there once.
+    Other joints may be among them. The names may have a prefix that ends with _.
+
+    Raises ValueError unless there is an angle for each name, and each joint is there once.
     """
     if len(names) != len(angles):
         raise ValueError(f'joints: expected an angle for each of {len(names)} names, '
                          f'found {len(angles)}')
-    found = [[angle for name, angle in zip(names, angles, strict=True)
-              if name == joint or name.endswith(f'_{joint}')] for joint in JOINTS]
+    # As if each name had a prefix.
+    prefixed = [f'_{name}' for name in names]
+    found = [[angle for name, angle in zip(prefixed, angles, strict=True)
+              if name.endswith(f'_{joint}')] for joint in JOINTS]
     if any(len(values) != 1 for values in found):
         raise ValueError(f'joints: expected each of {", ".join(JOINTS)} once, as such or behind '
                          f'a prefix with _, found {", ".join(names) or "none"}')

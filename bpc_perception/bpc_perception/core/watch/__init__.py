@@ -1,1 +1,1 @@
-"""Whether inputs go on, and when to look for a device again."""
+"""Whether inputs still arrive, and when to look for a device again."""

@@ -1,8 +1,8 @@
 """Delineation of the deposit in the image: Sec. III-A of Zobeidi et al., IROS 2026.
 
-Raw contours lie exactly on the edges but do not close; rough contours close but are dilated;
-their fusion does both. A contour is an (N, 2) integer array of pixels (u, v), closed from its
-last vertex to its first.
+Raw contours lie exactly on the edges but do not close. Rough contours close but are dilated.
+Fused contours lie on the edges and close. A contour is an (N, 2) integer array of pixels (u, v),
+closed from its last vertex to its first.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Delineation:
-    """The contours of each step, for looking at; ``fused`` is the result."""
+    """The contours of each step; ``fused`` is the result, the others are for looking at."""
 
     raw: list[Contour]
     rough: list[Contour]
@@ -30,7 +30,7 @@ class Delineation:
 
 
 def delineate(image: Image, config: SegmentationConfig) -> Delineation:
-    """One closed contour around each region of deposit in an RGB image (H, W, 3)."""
+    """Return closed contours, one around each region of deposit in an RGB image (H, W, 3)."""
     raw = raw_contours(image, config)
     rough = rough_contours(raw, image.shape[:2], config)
     fused = [fuse(outline, candidates, config.jump_threshold)
@@ -40,30 +40,39 @@ def delineate(image: Image, config: SegmentationConfig) -> Delineation:
 
 
 def raw_contours(image: Image, config: SegmentationConfig) -> list[Contour]:
-    """Contours of the Canny edges (Sec. III-A.1), in tracing order [Suzuki and Abe 1985]."""
+    """Return the contours of the Canny edges in an RGB image (H, W, 3) (Sec. III-A.1).
+
+    They are in tracing order [Suzuki and Abe 1985].
+    """
     edges = cv2.Canny(image, config.canny_low, config.canny_high)
     return _find_contours(edges, cv2.RETR_LIST)
 
 
 def rough_contours(raw: list[Contour], shape: tuple[int, ...],
                    config: SegmentationConfig) -> list[Contour]:
-    """Contours around the filled and dilated raw contours (Sec. III-A.2), one a region."""
+    """Return contours around the filled and dilated raw contours, one a region (Sec. III-A.2).
+
+    The shape is that of the image, (H, W).
+    """
     # A frame of background keeps regions that touch the image's border closed.
     margin = config.kernel_size
     filled = np.zeros((shape[0] + 2 * margin, shape[1] + 2 * margin), np.uint8)
-    for contour in raw:  # one call for all would fill by parity and open what they overlap
+    for contour in raw:  # one call for all would fill by parity, and leave overlaps open
         cv2.drawContours(filled, [contour], 0, 255, cv2.FILLED, offset=(margin, margin))
     kernel = np.ones((config.kernel_size, config.kernel_size), np.uint8)
     dilated = cv2.dilate(filled, kernel)
     edges = cv2.Canny(dilated, config.canny_low, config.canny_high)
-    # Canny breaks at sharp corners, even of a binary image; with the region it stays closed.
+    # Canny breaks at sharp corners, even in a binary image; with the region added it is closed.
     return [contour - margin
             for contour in _find_contours(cv2.bitwise_or(edges, dilated), cv2.RETR_EXTERNAL)]
 
 
 def corresponding(raw: list[Contour], rough: list[Contour],
                   shape: tuple[int, ...]) -> list[list[Contour]]:
-    """For each rough contour the raw ones with over half of their vertices inside (Eq. 1)."""
+    """Return for each rough contour the raw contours that belong to it (Eq. 1).
+
+    Those have more than half of their vertices inside. The shape is that of the image, (H, W).
+    """
     if not raw:
         return [[] for _ in rough]
     region = np.zeros(shape[:2], np.int32)
@@ -75,19 +84,18 @@ def corresponding(raw: list[Contour], rough: list[Contour],
     pair, votes = np.unique(owner * (len(rough) + 1) + region[v, u], return_counts=True)
     index, number = np.divmod(pair, len(rough) + 1)
     assigned: list[list[Contour]] = [[] for _ in rough]
-    # Rough regions do not overlap, so at most one holds over half of a contour's vertices.
+    # Rough regions do not overlap, so at most one has over half of a contour's vertices.
     for chosen in np.flatnonzero((number > 0) & (votes * 2 > lengths[index])):
         assigned[number[chosen] - 1].append(raw[index[chosen]])
     return assigned
 
 
 def fuse(rough: Contour, raw: list[Contour], jump_threshold: int) -> Contour:
-    """Stitch pieces of raw contours together in the order of a rough one (Sec. III-A.3).
+    """Stitch pieces of raw contours together in the order of a rough contour (Sec. III-A.3).
 
-    Each rough vertex is replaced by its nearest raw vertex, its anchor (Eq. 2). Between
-    consecutive anchors on one raw contour less than ``jump_threshold`` vertices apart, the raw
-    vertices in between are inserted, forwards or backwards; otherwise anchors are joined by a
-    straight line.
+    Each rough vertex is replaced by its nearest raw vertex, its anchor (Eq. 2). If two consecutive
+    anchors are on one raw contour, less than ``jump_threshold`` vertices apart, the raw vertices
+    between them are inserted, forwards or backwards. Otherwise a straight line joins them.
     """
     lengths = np.array([len(contour) for contour in raw])
     vertices = np.concatenate(raw)
@@ -96,8 +104,8 @@ def fuse(rough: Contour, raw: list[Contour], jump_threshold: int) -> Contour:
     following = np.roll(anchor, -1)
     step = following - anchor
     stitched = (owner[anchor] == owner[following]) & (np.abs(step) < jump_threshold)
-    # Each anchor contributes itself and, when stitched, the vertices up to the next anchor;
-    # indices within one raw contour are consecutive in `vertices` as well.
+    # Each anchor contributes itself and, if stitched, the vertices up to the next anchor. Indices
+    # within one raw contour are consecutive in `vertices` as well.
     count = np.where(stitched, np.maximum(np.abs(step), 1), 1)
     first = np.cumsum(count) - count
     within = np.arange(count.sum()) - np.repeat(first, count)

@@ -1,7 +1,7 @@
 """The published method: Zobeidi et al., IROS 2026, from capture and path to side points.
 
 Its steps are in ``delineation`` (Sec. III-A) and ``thickness`` (Sec. III-B). It is for pictures of
-finished prints: while something stands among the print, nothing is judged.
+finished prints: while an obstacle stands among the print, nothing is judged.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def measure_as_published(view: View, points: Array, bed: Plane,
     one_sided = np.isnan(sides.left_distance + sides.right_distance)
     obstacle = find_obstacles(view, bed, config.obstacle_height)
     seen = visibility(view, bed, obstacle, points, round(config.obstacle_margin))
-    # The outline of what stands among the print joins the print's.
+    # The outline of an obstacle among the print merges with that of the print.
     among = np.full(len(points), obstacle_near_path(obstacle, view, points))
     # The first condition that holds counts.
     status = np.select(
@@ -75,8 +75,12 @@ def surface_plane(contours: list[Array], view: View, bed: Plane) -> Plane:
 
 
 def pixel_edge_sigma(distance: Array, focal_length: float) -> Array:
-    """Return the 1-sigma uncertainty of a width between two edges known to a whole pixel only [m].
+    """Return the 1-sigma uncertainty (N,) of a width between two edges known to whole pixels [m].
 
-    Each edge is spread evenly over one pixel, whose side is distance / focal_length.
+    Each edge is uniformly distributed over one pixel, whose side is distance / focal_length.
+
+    Args:
+        distance: (N,) from the camera [m].
+        focal_length: [pixels].
     """
     return distance / focal_length * np.sqrt(2 / 12)

@@ -1,6 +1,6 @@
 """Thickness along the path: Sec. III-B of Zobeidi et al., IROS 2026, step by step.
 
-Contours and path are points in one frame [m]; contours are closed from last vertex to first.
+Contours and path are points in one frame [m]. Contours are closed from last vertex to first.
 """
 
 from __future__ import annotations
@@ -11,18 +11,23 @@ from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.side_points import SidePoints
 
+BLOCK_SIZE = 2_000_000  # entries of the (vertices x path points) table
+COLLINEARITY = 1e-12  # of the second smallest eigenvalue to the largest, below which it is 0
+
 
 def fit_plane(points: Array, viewpoint: Array) -> Plane:
-    """The plane through points (N, 3) by the smallest eigenvector of P^T P, P = [x y z 1].
+    """Return the plane through points (N, 3) [m].
 
-    The normal points to ``viewpoint`` (3,), the camera's place. Raises ValueError with fewer
-    than three points or where these do not span a plane.
+    It is the eigenvector of P^T P with the smallest eigenvalue, where P = [x y z 1]. The normal
+    points to ``viewpoint`` (3,), the camera's position [m].
+
+    Raises ValueError with fewer than three points, or if they do not span a plane.
     """
     if len(points) < 3:
         raise ValueError(f'plane: expected 3 points or more, found {len(points)}')
     P = np.column_stack((points, np.ones(len(points))))
     eigenvalues, eigenvectors = np.linalg.eigh(P.T @ P / len(P))
-    if eigenvalues[1] <= 1e-12 * eigenvalues[-1]:
+    if eigenvalues[1] <= COLLINEARITY * eigenvalues[-1]:
         raise ValueError('plane: expected points that span a plane, found them on a line')
     a, b, c, d = eigenvectors[:, 0]
     scale = np.linalg.norm((a, b, c))
@@ -33,16 +38,16 @@ def fit_plane(points: Array, viewpoint: Array) -> Plane:
 
 
 def containing_contour(points: Array, contours: list[Array]) -> Index:
-    """Which of the polygons (M_i, 2) holds each point (N, 2): its index, or -1 for none.
+    """Return the index (N,) of the polygon (M_i, 2) that contains each point (N, 2); -1 = none.
 
-    Ray casting. Where several do, the first counts.
+    If several contain it, the first counts. The method is ray casting.
     """
     found = np.full(len(points), -1, np.intp)
     order = np.argsort(points[:, 1], kind='stable')
     x, y = points[order].T
     for number, polygon in enumerate(contours):
         start, end = polygon, np.roll(polygon, -1, axis=0)
-        # Only points whose height lies within an edge's can have their ray cross it.
+        # Only the rays of points at a height between an edge's ends can cross the edge.
         low = np.searchsorted(y, np.minimum(start[:, 1], end[:, 1]), side='left')
         high = np.searchsorted(y, np.maximum(start[:, 1], end[:, 1]), side='left')
         edge, point = _expand(low, high)
@@ -56,24 +61,31 @@ def containing_contour(points: Array, contours: list[Array]) -> Index:
 
 def cut_contours(path: Array, tangent: Array, contours: list[Array], containing: Index,
                 normal: Array) -> SidePoints:
-    """Nearest intersections of each path point's cut plane with its contour, on either side.
+    """Return where the cut plane of each path point first meets its contour, on both sides.
 
-    The cut plane passes through the path point (N, 3) and is normal to its tangent (N, 3);
-    left is where (q - p) . (v x t) > 0, with v the surface normal (3,).
+    The cut plane passes through the path point and is normal to its tangent. Left is where
+    (q - p) . (v x t) > 0, with v the surface normal.
+
+    Args:
+        path: (N, 3) points [m].
+        tangent: (N, 3) of the path, unit vectors.
+        contours: each (M_i, 3) [m].
+        containing: (N,) index of the contour that contains each point; -1 = none.
+        normal: (3,) of the surface, a unit vector.
     """
     sides = np.full((2, len(path), 3), np.nan)
     distances = np.full((2, len(path)), np.nan)
     for number, contour in enumerate(contours):
         members = np.flatnonzero(containing == number)
         # Blocks bound the memory of the (vertices x path points) table.
-        for block in np.array_split(members, 1 + len(members) * len(contour) // 2_000_000):
+        for block in np.array_split(members, 1 + len(members) * len(contour) // BLOCK_SIZE):
             if len(block) == 0:
                 continue
             point, q = _intersections(path[block], tangent[block], contour)
             point = block[point]
             offset = q - path[point]
             lateral = np.einsum('ij,ij->i', offset, np.cross(normal, tangent[point]))
-            # Written from the farthest to the nearest, so that the nearest remains.
+            # Write from the farthest to the nearest, so that the nearest remains.
             nearest_last = np.argsort(-np.linalg.norm(offset, axis=1), kind='stable')
             side = np.where(lateral > 0, 0, 1)[nearest_last]
             sides[side, point[nearest_last]] = q[nearest_last]
@@ -82,7 +94,7 @@ def cut_contours(path: Array, tangent: Array, contours: list[Array], containing:
 
 
 def _intersections(points: Array, tangent: Array, contour: Array) -> tuple[Index, Array]:
-    """Where the edges of a contour (M, 3) cross the cut planes: (K,) plane, (K, 3) place."""
+    """Return where a contour (M, 3) crosses the cut planes: plane (K,) and place (K, 3)."""
     distance = contour @ tangent.T - np.einsum('ij,ij->i', points, tangent)
     ahead = distance > 0
     start, plane = np.nonzero(ahead != np.roll(ahead, -1, axis=0))
@@ -93,7 +105,7 @@ def _intersections(points: Array, tangent: Array, contour: Array) -> tuple[Index
 
 
 def _expand(low: Index, high: Index) -> tuple[Index, Index]:
-    """All pairs (i, j) with low[i] <= j < high[i], as two flat arrays."""
+    """Return all pairs (i, j) with low[i] <= j < high[i], as two flat arrays."""
     count = high - low
     owner = np.repeat(np.arange(len(count)), count)
     first = np.repeat(np.cumsum(count) - count, count)

@@ -13,8 +13,8 @@ from bpc_perception.core.profile import Status, StatusArray
 
 Mask = NDArray[np.uint8]
 
-DEPTH_REACH_PX = 2  # depth must be known this near to a sample
-AMONG_REACH_PX = 24  # what stands this near to the path is among the print
+DEPTH_REACH_PX = 2  # depth has to be known this close to a sample
+AMONG_REACH_PX = 24  # an obstacle this close to the path stands among the print
 
 
 def find_obstacles(view: View, bed: Plane, height: float) -> Mask:
@@ -26,7 +26,7 @@ def find_obstacles(view: View, bed: Plane, height: float) -> Mask:
 
 
 def obstacle_near_path(obstacle: Mask, view: View, points: Array) -> bool:
-    """Return whether an obstacle shows in the part of the image that the path (N, 3) takes up."""
+    """Return whether an obstacle shows in the part of the image around the path (N, 3) [m]."""
     uv = view.pixels_inside(points)
     if len(uv) == 0:
         return False
@@ -39,8 +39,15 @@ def visibility(view: View, bed: Plane, obstacle: Mask, points: Array,
                margin: int) -> StatusArray:
     """Return what keeps the bed below path points (N, 3) from being judged, as Status (N,).
 
-    MEASURED = nothing; NO_DATA = outside the image or no depth around; OCCLUDED = an obstacle
-    stands in front, or within the margin [pixels].
+    MEASURED = nothing; NO_DATA = outside the image, or no depth around; OCCLUDED = an obstacle
+    stands in front, or within the margin.
+
+    Args:
+        view: the capture.
+        bed: in the base frame.
+        obstacle: (H, W) 255 where an obstacle shows.
+        points: (N, 3) in the base frame [m].
+        margin: around obstacles [pixels].
     """
     camera = view.capture.camera
     uv = view.pixels(bed.project(points))
