@@ -29,7 +29,7 @@ FEW_CAPTURES = 8  # with fewer the result is doubtful
 # which it is poor: the error of the result grows with its inverse.
 USELESS_TURN_RAD = np.radians(2.0)
 POOR_TURN_RAD = np.radians(10.0)
-DISAGREEMENT_M = 2e-3  # between methods, above which the result is doubtful
+LARGEST_DISAGREEMENT_M = 2e-3  # between methods, above which the result is doubtful
 ROTATION_TOLERANCE = 1e-6  # of R R^T from the identity
 
 
@@ -236,7 +236,7 @@ def _warnings(solutions: Sequence[Solution], count: int, turn: float) -> list[st
     apart = max(float(np.linalg.norm(each.T_parent_camera[:3, 3]
                                      - solutions[0].T_parent_camera[:3, 3]))
                 for each in solutions)
-    if apart > DISAGREEMENT_M:
+    if apart > LARGEST_DISAGREEMENT_M:
         found.append(f'the methods disagree by up to {apart * 1e3:.1f} mm: a capture or pose is '
                      'wrong, or the poses are too alike')
     return found

@@ -70,7 +70,7 @@ class Plunger:
         return math.pi / 4 * self._config.bore**2 * velocity if self._config.bore else math.nan
 
     def moving(self, velocity: float, position: float) -> PlungerMotion:
-        """Return the motion of a plunger of which velocity [m/s] and position [m] are known."""
+        """Return the motion of a plunger that reports velocity [m/s] and position [m] itself."""
         sign = -1.0 if self._config.reversed else 1.0
         velocity *= sign
         return PlungerMotion(velocity > self._config.minimum_velocity, velocity, sign * position,

@@ -11,7 +11,7 @@ import numpy as np
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import PathConfig
 
-SCANNED_AT_ONCE = 256  # poses
+SCANNED_POSES = 256  # at once
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class PathResampler:
     def _scan_for_next(self, last: PathPoint) -> bool:
         """Go on to the first pose one spacing or more away; return whether there is one."""
         while self._scanned < len(self._poses):
-            block = self._poses[self._scanned:self._scanned + SCANNED_AT_ONCE]
+            block = self._poses[self._scanned:self._scanned + SCANNED_POSES]
             offset = block[:, 1:4] - last.position
             away = np.flatnonzero(
                 (offset * offset).sum(axis=1) >= self._spacing * self._spacing)

@@ -83,7 +83,7 @@ class PrintTracker:
             self.stop(self._last_extruding_ns + pause_ns)
 
     def _take_note_of_extrusion(self, stamp_ns: int) -> None:
-        """Start a print unless one is running."""
+        """Remember when ink was pushed out last, and start a print unless one is running."""
         self._last_extruding_ns = stamp_ns
         if not self._running:
             self.start(stamp_ns)

@@ -22,7 +22,12 @@ class ClockOffset:
         self._mapped_ns = 0  # what it was mapped to
 
     def map(self, device_ns: int, received_ns: int) -> int:
-        """Return the receiver's time [ns] of a device time, whose message was received then."""
+        """Return the time by the receiver's clock [ns] at which a device had this time.
+
+        Args:
+            device_ns: by the device's clock [ns].
+            received_ns: when its message came, by the receiver's clock [ns].
+        """
         offset = received_ns - device_ns
         if self._was_set(device_ns, offset):
             self._least.clear()
@@ -44,5 +49,5 @@ class ClockOffset:
 
     @property
     def offset_ns(self) -> int | None:
-        """The receiver's clock minus the device's, by now; None before the first message."""
+        """The receiver's clock minus the device's [ns]; None before the first message."""
         return min(self._least) if self._least else None

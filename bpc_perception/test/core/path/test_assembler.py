@@ -77,7 +77,7 @@ def test_smoothing_does_not_change_what_counts_as_missing(gap: float, bridged: b
 @pytest.mark.parametrize('smoothing_time', [0, 0.1])
 def test_a_circle_has_its_circumference(smoothing_time: float) -> None:
     radius, speed = 0.015, 3e-3
-    times = np.arange(0, 2 * np.pi * radius / speed * 2 + 0.3, 0.005)  # twice round, and some
+    times = np.arange(0, 2 * np.pi * radius / speed * 2 + 0.3, 0.005)  # twice round, and more
     angle = times * speed / radius
     tips = radius * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(angle))))
     path = assemble(times, tips, states_until(times[-1] + 0.1),
@@ -120,7 +120,7 @@ def test_no_points_are_invented_where_poses_are_missing() -> None:
     path = assemble(times, along_x(times), states_until(3.1)).path()
     assert not ((path.time > 1) & (path.time < 2)).any()
     assert (path.time == 2).any()
-    # The way across is part of the length.
+    # The way across the hole is part of the length.
     np.testing.assert_allclose(path.arc_length, path.points[:, 0], atol=1e-12)
 
 
@@ -133,7 +133,7 @@ def test_a_curve_is_not_cut_short_where_poses_are_missing(smoothing_time: float)
     tips = radius * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(angle))))
     path = assemble(times, tips, states_until(1.5),
                     PathConfig(smoothing_time=smoothing_time)).path()
-    # What averaging over an arc takes off its radius.
+    # Averaging over an arc makes its radius smaller.
     half = smoothing_time / 2 * speed / radius
     averaged = radius * np.sinc(half / np.pi)
     off = np.hypot(*path.points[:, :2].T)
@@ -203,7 +203,7 @@ def test_states_that_arrive_after_the_poses_still_count() -> None:
     assembler.add_extruder(state(0.9))
     path = assembler.path()
     late = (path.time > 0.46) & (path.time < 0.89)
-    # What was certain by then stays; what follows has the late state.
+    # Points that were certain by then stay; those that follow have the late state.
     np.testing.assert_allclose(path.plunger_velocity[late & (path.time > 0.5)], 0.45)
     assert not path.extruding[late & (path.time > 0.5)].any()
 

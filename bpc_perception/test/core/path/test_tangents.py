@@ -44,5 +44,5 @@ def test_next_to_a_hole_the_direction_is_that_of_the_curve(hole: float) -> None:
     expected = np.column_stack((-np.sin(angle), np.cos(angle), np.zeros(len(angle))))
     known = np.ones(len(angle), bool)
     known[50] = hole < 0.2  # one point alone has no direction of its own
-    # Of two points, the chord between them.
+    # A piece of two points has the direction of the chord between them.
     np.testing.assert_allclose(found[known], expected[known], atol=0.021)

@@ -56,7 +56,7 @@ def test_a_print_starts_with_the_stamp_of_the_first_extrusion() -> None:
 @pytest.mark.parametrize('smoothing_time', [0, 0.1])
 @pytest.mark.parametrize('lag', [-0.3, 0.02, 0.3])
 def test_a_print_is_the_same_whichever_topic_is_ahead(lag: float, smoothing_time: float) -> None:
-    # Poses and states come on two topics; a busy recorder may hear of one before the other.
+    # Poses and states come on two topics; a busy recorder may receive one before the other.
     config = PathConfig(smoothing_time=smoothing_time)
     times = np.arange(0, 3, 0.01)
     states = [state(t, t > 0.99) for t in np.arange(0, 3, 0.02)]
@@ -256,7 +256,7 @@ def test_a_first_pose_that_is_wrong_does_not_stop_the_rest() -> None:
     assert len(taken) == 100 - 25
 
 
-# Prints that are gone on with
+# Prints that are resumed
 
 
 def printed(tracker: PrintTracker, start: float, end: float) -> None:
@@ -375,7 +375,7 @@ def test_a_clock_that_jumps_forward_ends_the_print_and_bridges_nothing() -> None
 
 
 def test_a_robot_at_1000_hz_fills_no_memory() -> None:
-    """What is kept beside the path is what smoothing and a start of a print need."""
+    """Beside the path, only what smoothing and the start of a print need is kept."""
     tracker = PrintTracker(PathConfig())
     for number in range(30_000):
         if number % 20 == 0:

@@ -18,7 +18,7 @@ def test_jitter_is_taken_out() -> None:
         delay = 2 * MS + round(rng.exponential(5) * MS)
         mapped = clock.map(device, device + OFFSET + delay)
         wrong.append(mapped - (device + OFFSET))
-    # All but the least delay there is goes; and nothing is put before it happened.
+    # All delay but the least is removed, and nothing is mapped to before it happened.
     assert max(wrong[100:]) < 2.2 * MS
     assert min(wrong) >= 2 * MS
     assert clock.offset_ns is not None

@@ -11,8 +11,9 @@ from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.side_points import SidePoints
 
-BLOCK_SIZE = 2_000_000  # entries of the (vertices x path points) table
-COLLINEARITY = 1e-12  # of the second smallest eigenvalue to the largest, below which it is 0
+MAXIMUM_TABLE_ENTRIES = 2_000_000  # of vertices x path points
+# Second smallest eigenvalue per largest, up to which points are on a line.
+LARGEST_LINE_RATIO = 1e-12
 
 
 def fit_plane(points: Array, viewpoint: Array) -> Plane:
@@ -27,7 +28,7 @@ def fit_plane(points: Array, viewpoint: Array) -> Plane:
         raise ValueError(f'plane: expected 3 points or more, found {len(points)}')
     P = np.column_stack((points, np.ones(len(points))))
     eigenvalues, eigenvectors = np.linalg.eigh(P.T @ P / len(P))
-    if eigenvalues[1] <= COLLINEARITY * eigenvalues[-1]:
+    if eigenvalues[1] <= LARGEST_LINE_RATIO * eigenvalues[-1]:
         raise ValueError('plane: expected points that span a plane, found them on a line')
     a, b, c, d = eigenvectors[:, 0]
     scale = np.linalg.norm((a, b, c))
@@ -78,7 +79,8 @@ def cut_contours(path: Array, tangent: Array, contours: list[Array], containing:
     for number, contour in enumerate(contours):
         members = np.flatnonzero(containing == number)
         # Blocks bound the memory of the (vertices x path points) table.
-        for block in np.array_split(members, 1 + len(members) * len(contour) // BLOCK_SIZE):
+        blocks = 1 + len(members) * len(contour) // MAXIMUM_TABLE_ENTRIES
+        for block in np.array_split(members, blocks):
             if len(block) == 0:
                 continue
             point, q = _intersections(path[block], tangent[block], contour)
