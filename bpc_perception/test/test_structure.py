@@ -51,7 +51,7 @@ FLOOR_PLAN = {
         'nodes.parts', 'nodes', 'batch', 'cli.parts', 'cli', '__main__'),
     'bpc_sim': (
         'ink', 'scene', 'printer', 'closed_loop', 'config', 'stress', 'doubles', 'nodes',
-        'studies', 'benchmarks', 'cli'),
+        'studies', 'benchmarks', 'cli.parts', 'cli'),
 }
 MOST_MODULES = 14  # in a room: one look has to take them in
 

@@ -1,1 +1,4 @@
-"""The commands of the simulator: registered for ``bpc`` as entry points."""
+"""The commands of the simulator, which ``bpc`` finds as entry points.
+
+Every command of bpc loads these modules: they import the simulator late, when it is needed.
+"""

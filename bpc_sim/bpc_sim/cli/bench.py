@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import import_module
-import json
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,7 +12,7 @@ import typer
 from bpc_perception.cli.parts.options import QuietOption
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.recording import inputs
-from bpc_sim.cli.study import table, without_nan
+from bpc_sim.cli.parts.rows import check_file, table, write_json
 
 TITLES = {
     'core': 'The measurement, beside one blur + Canny + findContours of the same image',
@@ -40,18 +38,20 @@ def bench(
     terminal = Terminal(quiet)
     if name not in TITLES:
         raise ValueError(f'bench: expected one of {", ".join(TITLES)}, found {name}')
-    if json_file is not None and not json_file.absolute().parent.is_dir():
-        raise ValueError(f'{json_file}: expected a file in a folder that exists, found none')
-    # The simulator is a package of its own, needed by this command only.
-    run: Callable[..., list[dict[str, Any]]] = import_module(f'bpc_sim.benchmarks.{name}').run
-    sample = Path(os.environ.get('BPC_ROOT', '.')) / 'bags' / 'spiral_gaps'
+    check_file(json_file)
     with terminal.progress(name, None) as advance:
-        chosen: dict[str, Callable[[], list[dict[str, Any]]]] = {
-            'core': lambda: run(quick, advance), 'live': lambda: run(seconds, advance),
-            'recorder': lambda: run(seconds, advance),
-            'bag': lambda: run(inputs.load(bag or sample, None, None), quick, advance)}
-        rows = chosen[name]()
+        run = import_module(f'bpc_sim.benchmarks.{name}').run
+        rows = run(*benchmark_arguments(name, bag, seconds, quick), advance)
     terminal.show(table(TITLES[name], rows))
-    if json_file is not None:
-        json_file.write_text(json.dumps([without_nan(row) for row in rows], indent=2) + '\n')
-        terminal.files([json_file])
+    write_json(json_file, rows, terminal)
+
+
+def benchmark_arguments(name: str, bag: Path | None, seconds: float,
+                        quick: bool) -> tuple[Any, ...]:
+    """Return what a benchmark of this name is run with."""
+    if name == 'core':
+        return (quick,)
+    if name == 'bag':
+        sample = Path(os.environ.get('BPC_ROOT', '.')) / 'bags' / 'spiral_gaps'
+        return inputs.load(bag or sample, None, None), quick
+    return (seconds,)

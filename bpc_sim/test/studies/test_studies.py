@@ -10,7 +10,8 @@ import pytest
 
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.profile import Status
-from bpc_sim.cli.study import study as command, without_nan
+from bpc_sim.cli.parts.rows import without_nan
+from bpc_sim.cli.study import study as command
 from bpc_sim.scene.planar import planar_capture
 from bpc_sim.stress.truth import STAMP_NS, StressScene, Truth
 from bpc_sim.studies import STUDIES

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_sim.cli.study import table
+from bpc_sim.cli.parts.rows import table
 
 
 def test_a_table_is_rather_too_wide_than_cut_short(monkeypatch: pytest.MonkeyPatch,
