@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.config import PathConfig
@@ -133,6 +135,15 @@ def path_bytes(path: DepositionPath, count: int | None = None) -> list[bytes]:
     return [array[:count].tobytes() for array in (
         path.time, path.arc_length, path.points, path.plunger_velocity, path.flow_rate,
         path.extruding)]
+
+
+def advice_of(reason: Reason, valid: bool = True, **others: float) -> RateAdvice:
+    """Advice at 0 s that holds until 5 s, with other values where they are named."""
+    made = RateAdvice(
+        stamp_ns=0, print_id='print', valid=valid, reason=reason, target_thickness=2e-3,
+        measured_thickness=2.2e-3, window=(0.0, 0.02), sample_count=100, flow_rate_scale=0.83,
+        speed_scale=1.2, confidence=1.0, measurement_age=0.0, valid_until_ns=5 * 10**9)
+    return replace(made, **others)
 
 
 def state(time: float, extruding: bool = True, start_ns: int = START_NS) -> ExtruderSample:

@@ -1,9 +1,8 @@
 """The processes of a Dask cluster, and recordings measured on them.
 
-Dask sees to it that what a process was doing when it died is done by another. Trying twice is
-harmless: a result is put in place whole, with the fingerprint of what it is made of, and a
-recording whose result carries the right one is not measured anew. The same makes an interrupted
-batch go on.
+When a process dies Dask gives its work to another one. To measure twice is harmless: a result is
+put in place whole, with the fingerprint of what it is made from, and a recording whose result has
+the right fingerprint is not measured again. For the same reason an interrupted batch can go on.
 """
 
 from __future__ import annotations
@@ -22,44 +21,50 @@ from bpc_perception.batch.table import failed
 from bpc_perception.runtime.exit_status import DEFECT
 
 LOOPBACK = '127.0.0.1'
+CONNECT_TIMEOUT_S = 10
 
 
-def run(client: Client, todo: Sequence[Job],
+def run(client: Client, jobs: Sequence[Job],
         on_progress: Callable[[dict[str, Any], bool], None]) -> list[dict[str, Any]]:
-    """Measure recordings on a cluster; their rows, in order.
+    """Measure recordings on a cluster; return their rows in order.
 
     Args:
         client: of the cluster, whose processes see the same files by the same names.
-        todo: what to measure.
-        on_progress: is told each row as it comes, and whether it had to be measured.
+        jobs: what to measure.
+        on_progress: is called with each row as it comes, and whether it had to be measured.
     """
-    futures = {client.submit(measure_one, job, pure=False): job for job in todo}
+    futures = {client.submit(measure_one, job, pure=False): job for job in jobs}
     rows = {}
     for future in as_completed(futures):
         job = futures[future]
         error = future.exception()
-        # Such as KilledWorker: it has ended one process after the other.
-        found, new = (future.result() if error is None else
-                      (failed(job.name, DEFECT, repr(error)), True))
-        rows[job.name] = found
-        on_progress(found, new)
-    return [rows[job.name] for job in todo]
+        if error is None:
+            row, new = future.result()
+        else:  # such as KilledWorker: the recording has ended one process after the other
+            row, new = failed(job.name, DEFECT, repr(error)), True
+        rows[job.name] = row
+        on_progress(row, new)
+    return [rows[job.name] for job in jobs]
 
 
 @contextmanager
 def cluster(scheduler: str | None, workers: int) -> Iterator[Client]:
-    """A running cluster's client, or that of one on this computer, which ends with the block.
+    """Give the block the client of a cluster, one on this computer unless a scheduler is named.
+
+    Args:
+        scheduler: address of a running cluster; None = start one, which ends with the block.
+        workers: number of processes to start.
 
     Raises:
         OSError: nobody answers at the scheduler's address.
     """
     if scheduler is not None:
-        with Client(scheduler, timeout=10) as client:
+        with Client(scheduler, timeout=CONNECT_TIMEOUT_S) as client:
             yield client
         return
-    logging.getLogger('distributed').setLevel(logging.CRITICAL)  # what fails is in the table
+    logging.getLogger('distributed').setLevel(logging.CRITICAL)  # failures are in the table
     with (tempfile.TemporaryDirectory(prefix='bpc-batch-') as folder,
-          # No dashboard, and what answers instead has nothing to tell.
+          # Serve no dashboard, and nothing in its place.
           dask.config.set({f'distributed.{side}.http.routes': []
                            for side in ('scheduler', 'worker')}),
           LocalCluster(workers, threads_per_worker=1, host=LOOPBACK,

@@ -1,4 +1,4 @@
-"""The recordings of a batch, and what is done with each."""
+"""The recordings of a batch, and how each is measured."""
 
 from __future__ import annotations
 
@@ -42,27 +42,27 @@ class Job:
 
 
 def find_bags(folder: Path) -> list[Path]:
-    """All recordings in a folder and below, in order.
+    """Return all recordings in a folder and below, in order.
 
-    A folder is one if it has a metadata.yaml, or files called like it, as a killed recorder leaves
-    them. Other .mcap and .db3 files are recordings each by itself.
+    A folder is a recording if it has a metadata.yaml, or only files that are named like it, as a
+    killed recorder leaves them. Each other .mcap or .db3 file is a recording by itself.
     """
-    found = []
+    bags = []
     for place, folders, names in os.walk(folder):
         folders.sort()
         path = Path(place)
         files = [path / name for name in sorted(names) if name.endswith(('.mcap', '.db3'))]
         if files and ('metadata.yaml' in names or all(
                 file.name.startswith(f'{path.absolute().name}_') for file in files)):
-            found.append(path)
+            bags.append(path)
         else:
-            found += files
-    return found
+            bags += files
+    return bags
 
 
 def find_jobs(folder: Path, out: Path, hand_eye: Path | None,
               parameters: Path | None) -> list[Job]:
-    """The recordings below a folder, each with a folder of its own for the results.
+    """Return the recordings below a folder, each with a folder of its own for the results.
 
     Raises:
         ValueError: there are none.
@@ -78,22 +78,24 @@ def find_jobs(folder: Path, out: Path, hand_eye: Path | None,
 
 
 def measure_one(job: Job) -> tuple[dict[str, Any], bool]:
-    """Measure a recording, unless that is done; its row, and whether it had to be measured.
+    """Measure a recording, unless there is a result made from the same.
 
-    What cannot be measured has a row that says why.
+    Returns:
+        Its row, which says why if it cannot be measured, and whether it had to be measured.
     """
-    cv2.setNumThreads(1)  # the other cores have processes of their own
+    cv2.setNumThreads(1)  # each core has a process of its own
     held = HeldWarnings()
     logging.getLogger('bpc_perception').addHandler(held)
     try:
-        given = inputs.load(job.bag, job.hand_eye, job.parameters)
-        provenance = provenance_of(given)
+        recording = inputs.load(job.bag, job.hand_eye, job.parameters)
+        provenance = provenance_of(recording)
         if (summary := finished(job.out, provenance.fingerprint)) is not None:
             return row(job.name, job.out, summary), False
-        for left in job.out.glob('.bpc-*'):  # of a process that was killed
-            shutil.rmtree(left, ignore_errors=True)
-        log = PrintLog(expected=capture_count(given.bag))
-        for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
+        for leftover in job.out.glob('.bpc-*'):  # of a process that was killed
+            shutil.rmtree(leftover, ignore_errors=True)
+        log = PrintLog(expected=capture_count(recording.bag))
+        for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
+                                  recording.recorder):
             log.add(result)
         log.warnings = list(held.texts)
         write_outputs(job.out, log, provenance)
@@ -105,7 +107,7 @@ def measure_one(job: Job) -> tuple[dict[str, Any], bool]:
 
 
 def finished(out: Path, fingerprint: str) -> dict[str, Any] | None:
-    """The summary of a result made of just this; None if there is none."""
+    """Return the summary of a result with this fingerprint; None if there is none."""
     try:
         summary: dict[str, Any] = json.loads((out / 'summary.json').read_text('utf-8'))
         return summary if summary['fingerprint'] == fingerprint else None

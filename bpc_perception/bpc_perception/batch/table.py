@@ -1,4 +1,4 @@
-"""The table of a batch: one row a recording, as prints.csv and prints.parquet."""
+"""The table of a batch: a row for each recording, as prints.csv and prints.parquet."""
 
 from __future__ import annotations
 
@@ -10,39 +10,44 @@ from typing import Any
 import pyarrow
 from pyarrow import csv, parquet
 
-NUMBERS = ('path_length_mm', 'thickness_mean_mm', 'thickness_std_mm', 'thickness_q1_mm',
-           'thickness_median_mm', 'thickness_q3_mm', 'thickness_variation', 'within_10_percent',
-           'coverage', 'gap_length_mm', 'offset_mean_mm', 'offset_rms_mm')
-COUNTS = ('capture', 'samples', 'gap_count')
-TEXTS = ('print_id', 'method', 'hand_eye', 'fingerprint')
+NUMBER_COLUMNS = (
+    'path_length_mm', 'thickness_mean_mm', 'thickness_std_mm', 'thickness_q1_mm',
+    'thickness_median_mm', 'thickness_q3_mm', 'thickness_variation', 'within_10_percent',
+    'coverage', 'gap_length_mm', 'offset_mean_mm', 'offset_rms_mm')
+COUNT_COLUMNS = ('capture', 'samples', 'gap_count')
+TEXT_COLUMNS = ('print_id', 'method', 'hand_eye', 'fingerprint')
 SCHEMA = pyarrow.schema([
     ('bag', pyarrow.string()), ('exit_status', pyarrow.int32()), ('reason', pyarrow.string()),
-    ('results', pyarrow.string()), *((name, pyarrow.string()) for name in TEXTS),
-    *((name, pyarrow.int64()) for name in COUNTS), ('captures', pyarrow.int64()),
+    ('results', pyarrow.string()), *((name, pyarrow.string()) for name in TEXT_COLUMNS),
+    *((name, pyarrow.int64()) for name in COUNT_COLUMNS), ('captures', pyarrow.int64()),
     ('refused_captures', pyarrow.int64()), ('warnings', pyarrow.string()),
-    *((name, pyarrow.float64()) for name in NUMBERS)])
+    *((name, pyarrow.float64()) for name in NUMBER_COLUMNS)])
 
 
 def row(name: str, out: Path, summary: dict[str, Any] | None) -> dict[str, Any]:
-    """A measured recording in the table."""
+    """Return the row of a recording that was measured."""
     if summary is None:
         raise RuntimeError(f'{out}: expected the result just written, found another')
     captures = summary['captures']
     return {'bag': name, 'exit_status': 0, 'reason': '', 'results': str(out),
-            **{key: summary[key] for key in (*TEXTS, *COUNTS, *NUMBERS)},
+            **{key: summary[key] for key in (*TEXT_COLUMNS, *COUNT_COLUMNS, *NUMBER_COLUMNS)},
             'captures': len(captures),
-            'refused_captures': sum('refusal' in each for each in captures),
+            'refused_captures': sum('refusal' in capture for capture in captures),
             'warnings': '; '.join(summary['warnings'])}
 
 
 def failed(name: str, status: int, reason: str) -> dict[str, Any]:
-    """A recording in the table that was not measured, and why."""
+    """Return the row of a recording that was not measured, with the exit status and the reason."""
     return {**dict.fromkeys(SCHEMA.names), 'bag': name, 'exit_status': status,
             'reason': ' '.join(reason.split())}
 
 
 def write_table(out: Path, rows: list[dict[str, Any]]) -> list[Path]:
-    """Write the rows as prints.csv and prints.parquet, each put in place whole."""
+    """Write the rows as prints.csv and prints.parquet, each put in place whole.
+
+    Returns:
+        The two files.
+    """
     table = pyarrow.Table.from_pylist(rows, SCHEMA)
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix='.bpc-', dir=out) as beside:

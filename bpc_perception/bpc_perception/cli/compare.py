@@ -12,6 +12,7 @@ import typer
 from bpc_perception.cli.parts.options import JsonOption, QuietOption
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.report import comparison
+from bpc_perception.report.pages import comparison_page
 
 
 def compare(
@@ -29,13 +30,13 @@ def compare(
     if out.suffix != '.html' or not out.absolute().parent.is_dir():
         raise ValueError(f'{out}: expected a name that ends in .html in a folder that exists')
     prints = comparison.load(folders)
-    page = comparison.render(prints).encode('utf-8', 'replace')
+    page = comparison_page.render(prints).encode('utf-8', 'replace')
     beside = out.with_name(f'.{out.name}.part')
     beside.write_bytes(page)
     beside.replace(out)
     rows = comparison.rows(prints)
     # A column a print: there are more numbers than prints, as a rule.
-    headings = ('print', *(heading for _, heading, _, _ in comparison.TABLE))
+    headings = ('print', *(column.heading for column in comparison.COLUMNS))
     table = Table(show_header=False)
     for cells in zip(headings, *map(comparison.cells, rows), strict=True):
         table.add_row(*map(escape, cells))  # units are in brackets, as markup is

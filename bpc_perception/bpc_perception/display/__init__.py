@@ -1,1 +1,1 @@
-"""Colours, words and pictures of results, the same wherever they are shown."""
+"""Units, colours, words and pictures of results, the same wherever they are shown."""

@@ -1,4 +1,4 @@
-"""Colours and words for statuses and advice, the same in report, overlay, markers and terminal."""
+"""Colours of statuses, sides and deviations, the same wherever results are shown."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status
 
-# The palette of Okabe and Ito, which colour-blind eyes can tell apart, and a grey.
-COLOURS = {
+# The palette of Okabe and Ito, which colour-blind people can tell apart, and a grey.
+STATUS_COLOURS = {
     Status.MEASURED: '#0072B2',
     Status.GAP: '#D55E00',
     Status.NO_DATA: '#8C8C8C',
@@ -17,23 +17,34 @@ COLOURS = {
     Status.JUNCTION: '#CC79A7',
     Status.LOW_CONFIDENCE: '#E69F00',
 }
-LEFT, RIGHT, WINDOW, TARGET = '#56B4E9', '#009E73', '#F0E442', '#333333'
-# Of the same palette, for prints that are compared.
-PRINTS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#000000')
-# Too thin, on target, too thick; at and beyond this share off the target the colour is full.
-THIN, RIGHT_ON, THICK, FULL = '#0072B2', '#EEEEEE', '#D55E00', 0.2
+LEFT_COLOUR, RIGHT_COLOUR = '#56B4E9', '#009E73'
+WINDOW_COLOUR = '#F0E442'
+TARGET_COLOUR = '#333333'
+# From the same palette, for prints that are compared.
+PRINT_COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#000000')
+# The scale of deviations.
+TOO_THIN_COLOUR, ON_TARGET_COLOUR, TOO_THICK_COLOUR = '#0072B2', '#EEEEEE', '#D55E00'
+FULL_COLOUR_DEVIATION = 0.2  # share of the target at which the scale ends
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
-    """Red, green and blue, 0..255, of a colour such as ``#0072B2``."""
+    """Return red, green and blue, 0 to 255, of a colour such as ``#0072B2``."""
     red, green, blue = bytes.fromhex(colour[1:])
     return red, green, blue
 
 
 def deviation_colours(deviation: Array) -> NDArray[np.uint8]:
-    """RGB (N, 3) for how far thickness (N,) is off its target, as a share of it; NaN is grey."""
-    known = np.clip(np.nan_to_num(deviation) / FULL, -1, 1)[:, None]
-    thin, right, thick = (np.array(rgb(colour), float) for colour in (THIN, RIGHT_ON, THICK))
+    """Return the colours of deviations from the target.
+
+    Args:
+        deviation: (N,) thickness relative to its target, less 1; NaN = not known.
+
+    Returns:
+        RGB (N, 3); grey where the deviation is not known.
+    """
+    known = np.clip(np.nan_to_num(deviation) / FULL_COLOUR_DEVIATION, -1, 1)[:, None]
+    thin, right, thick = (np.array(rgb(colour), float) for colour in (
+        TOO_THIN_COLOUR, ON_TARGET_COLOUR, TOO_THICK_COLOUR))
     colours = right + np.abs(known) * (np.where(known < 0, thin, thick) - right)
-    colours[np.isnan(deviation)] = rgb(COLOURS[Status.NO_DATA])
+    colours[np.isnan(deviation)] = rgb(STATUS_COLOURS[Status.NO_DATA])
     return np.rint(colours).astype(np.uint8)

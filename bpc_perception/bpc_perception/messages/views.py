@@ -16,7 +16,14 @@ from visualization_msgs.msg import Marker, MarkerArray
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
-from bpc_perception.display.legend import COLOURS, deviation_colours, LEFT, rgb, RIGHT, TARGET
+from bpc_perception.display.legend import (
+    deviation_colours,
+    LEFT_COLOUR,
+    rgb,
+    RIGHT_COLOUR,
+    STATUS_COLOURS,
+    TARGET_COLOUR,
+)
 from bpc_perception.display.overlay import draw_overlay
 from bpc_perception.display.wording import advice_in_words, label
 from bpc_perception.messages.array_fields import set_data
@@ -66,15 +73,15 @@ def markers_message(result: Result, frame_id: str) -> MarkerArray:
     markers = [Marker(action=Marker.DELETEALL)]
     markers += _ribbon(profile, shown, usual)
     measured = profile.status[shown] == Status.MEASURED
-    for name, points, colour in (('left side', profile.left_points, LEFT),
-                                 ('right side', profile.right_points, RIGHT)):
+    for name, points, colour in (('left side', profile.left_points, LEFT_COLOUR),
+                                 ('right side', profile.right_points, RIGHT_COLOUR)):
         markers += _dots(name, points[shown][measured], colour)
     for status in Status:
         if status != Status.MEASURED:
             markers += _dots(label(status), profile.points[shown][profile.status[shown] == status],
-                             COLOURS[status])
+                             STATUS_COLOURS[status])
     if len(profile):
-        markers.append(_marker('advice', Marker.TEXT_VIEW_FACING, TARGET, z=TEXT,
+        markers.append(_marker('advice', Marker.TEXT_VIEW_FACING, TARGET_COLOUR, z=TEXT,
                                text=advice_in_words(advice),
                                pose=Pose(position=_point(profile.points[-1] + (0, 0, 2 * TEXT)),
                                          orientation=Quaternion(w=1.0))))
@@ -95,7 +102,7 @@ def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) ->
                         right[starts], right[starts + 1], left[starts + 1]), axis=1)
     sample = np.stack((starts, starts, starts + 1, starts, starts + 1, starts + 1), axis=1)
     palette = [_colour(tuple(colour)) for colour in colours.tolist()]
-    return [_marker('thickness', Marker.TRIANGLE_LIST, TARGET, x=1.0, y=1.0, z=1.0,
+    return [_marker('thickness', Marker.TRIANGLE_LIST, TARGET_COLOUR, x=1.0, y=1.0, z=1.0,
                     points=[_point(point) for point in corners.reshape(-1, 3)],
                     colors=[palette[index] for index in sample.ravel().tolist()])]
 

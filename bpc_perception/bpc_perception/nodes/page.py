@@ -27,7 +27,7 @@ from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.nodes.parts.goal_client import GoalClient
 from bpc_perception.page import TOKEN_VARIABLE
-from bpc_perception.page.board import Board, Goal, Level, overlay_of
+from bpc_perception.page.board import Board, Level, overlay_of, TargetBand
 from bpc_perception.page.server import PageServer
 from bpc_perception.runtime.clock import on_jump_back, steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
@@ -149,8 +149,8 @@ class PageNode(Node):
         if self._watchers:
             self._goal.ask()
 
-    def _on_goal(self, goal: Goal | None) -> None:
-        self._board.goal = goal
+    def _on_goal(self, target: TargetBand | None) -> None:
+        self._board.target = target
         self._server.notify()
 
     def destroy_node(self) -> None:

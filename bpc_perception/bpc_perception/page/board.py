@@ -7,7 +7,7 @@ the other.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import IntEnum
 import time
@@ -21,17 +21,17 @@ from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.wording import ALARMS, REASONS
 
-WIDEST = 1600  # overlay [pixels]; larger ones are made smaller
-QUALITY = 85  # of its JPEG, up to 100
-EVENTS = 30  # the newest that are kept
-LATE, SILENT = 3.0, 10.0  # of a node that speaks once a second [s]
-# Nodes without which nothing is measured: missed where they never spoke.
-NEEDED = ('path_recorder', 'thickness')
-SUPERVISOR = 'supervisor: '  # in front of the name of a node that it speaks for
+WIDEST_OVERLAY_PX = 1600  # larger ones are made smaller
+JPEG_QUALITY = 85  # up to 100
+MOST_EVENTS = 30  # the newest are kept
+STALE_AFTER_S, ERROR_AFTER_S = 3.0, 10.0  # without a word from a node that speaks once a second
+# Nodes without which nothing is measured: they are missed even if they never spoke.
+NEEDED_NODES = ('path_recorder', 'thickness')
+SUPERVISOR = 'supervisor: '  # in front of the name of a node for which the supervisor speaks
 
 
 class Level(IntEnum):
-    """How a node is; the first four are those of DiagnosticStatus."""
+    """The state of a node; the first four are those of DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -42,29 +42,43 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Health:
-    """What a node said of itself last, and when, by the steady clock [s]."""
+    """What a node said about itself last, and when, by the steady clock [s]."""
 
     level: Level
     words: str
     heard: float
 
     def now(self, at: float) -> tuple[Level, str]:
-        """Level and words at a steady time [s]: who is silent is no longer what it was."""
+        """Return level and words at a steady time [s]; silence counts more than the last word."""
         age = at - self.heard
-        if age > LATE:
-            return (Level.ERROR if age > SILENT else Level.STALE), f'silent for {age:.0f} s'
+        if age > STALE_AFTER_S:
+            level = Level.ERROR if age > ERROR_AFTER_S else Level.STALE
+            return level, f'silent for {age:.0f} s'
         return self.level, self.words
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that a person should know of; how often it came, and when last."""
+    """Something that a person should know.
+
+    Attributes:
+        source: node, or 'advice'.
+        words: what happened.
+        alarm: whether it is worse than a warning.
+        at: time of day of the last time.
+        times: how often it happened.
+    """
 
     source: str
     words: str
     alarm: bool
     at: str
     times: int = 1
+
+    @property
+    def kind(self) -> tuple[str, str]:
+        """What events of one kind share: the source, and the words before the first colon."""
+        return self.source, self.words.split(':')[0]
 
 
 @dataclass(frozen=True)
@@ -76,20 +90,23 @@ class Overlay:
 
 
 @dataclass(frozen=True)
-class Goal:
-    """The thickness wanted along the path, and the share by which it may be missed."""
+class TargetBand:
+    """The target thickness along the path with its dead band, as a share of the target.
+
+    A deviation within the dead band is not corrected; NaN = not known.
+    """
 
     targets: WidthTargets
     dead_band: float
 
 
 class Board:
-    """The newest of everything; see the module on threads.
+    """The newest of everything; see the module for threads.
 
     Attributes:
         now_ns: the node's clock [ns], which a recording may slow down or stop.
-        profile, advice, overlay, goal: None until there is one.
-        nodes: by name.
+        profile, advice, overlay, target: None until there is one.
+        nodes: what each node said last, by name.
         events: the newest first.
     """
 
@@ -103,49 +120,48 @@ class Board:
         self.profile: ThicknessProfile | None = None
         self.advice: RateAdvice | None = None
         self.overlay: Overlay | None = None
-        self.goal: Goal | None = None
+        self.target: TargetBand | None = None
         self.events: tuple[Event, ...] = ()
 
     def advise(self, advice: RateAdvice) -> None:
         """Take new advice; an alarm is an event, counted while it lasts."""
         self.advice = advice
         if advice.reason in ALARMS:
-            self.tell('advice', REASONS[advice.reason], alarm=True)
+            self._add_event('advice', REASONS[advice.reason], alarm=True)
 
     def hear(self, name: str, level: Level, words: str) -> None:
-        """Take what a node says of itself."""
+        """Take what a node says about itself."""
         self.nodes = {**self.nodes, name: Health(level, words, time.monotonic())}
         if level in (Level.WARN, Level.ERROR):  # what is stale has not begun yet
-            self.tell(name.removeprefix(SUPERVISOR), words, alarm=level == Level.ERROR)
+            self._add_event(name.removeprefix(SUPERVISOR), words, alarm=level == Level.ERROR)
 
-    def tell(self, source: str, words: str, alarm: bool) -> None:
-        """Keep an event; of one kind, told by the words before the first colon, the last."""
-        kind = (source, words.split(':')[0])
-        same = [event for event in self.events
-                if (event.source, event.words.split(':')[0]) == kind]
-        event = Event(source, words, alarm, f'{datetime.now():%H:%M:%S}',
-                      1 + sum(event.times for event in same))
-        self.events = (event, *(event for event in self.events if event not in same))[:EVENTS]
+    def _add_event(self, source: str, words: str, alarm: bool) -> None:
+        """Add an event; it takes the place of those of its kind."""
+        event = Event(source, words, alarm, f'{datetime.now():%H:%M:%S}')
+        same = [other for other in self.events if other.kind == event.kind]
+        event = replace(event, times=1 + sum(other.times for other in same))
+        others = (other for other in self.events if other not in same)
+        self.events = (event, *others)[:MOST_EVENTS]
 
     def health(self) -> dict[str, tuple[Level, str]]:
-        """Level and words of each node now, by name."""
+        """Return level and words of each node now, by name."""
         at = time.monotonic()
-        unheard = dict.fromkeys(NEEDED, (Level.UNHEARD, 'not heard yet'))
-        said = {name: health.now(at) for name, health in sorted(self.nodes.items())
-                if not name.startswith(SUPERVISOR)}
+        unheard = dict.fromkeys(NEEDED_NODES, (Level.UNHEARD, 'not heard yet'))
+        alive = {name: health.now(at) for name, health in sorted(self.nodes.items())
+                 if not name.startswith(SUPERVISOR)}
         # The dead do not speak for themselves.
         dead = {name.removeprefix(SUPERVISOR): health.now(at)
                 for name, health in self.nodes.items()
                 if name.startswith(SUPERVISOR) and health.level == Level.ERROR}
-        return unheard | said | dead
+        return unheard | alive | dead
 
 
 def overlay_of(stamp_ns: int, image: NDArray[np.uint8]) -> Overlay:
-    """An overlay from an image RGB (H, W, 3)."""
+    """Make an overlay of an image RGB (H, W, 3), no wider than WIDEST_OVERLAY_PX."""
     height, width = image.shape[:2]
-    if width > WIDEST:
-        size = (WIDEST, round(height * WIDEST / width))
+    if width > WIDEST_OVERLAY_PX:
+        size = (WIDEST_OVERLAY_PX, round(height * WIDEST_OVERLAY_PX / width))
         image = cv2.resize(image, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
     _, jpeg = cv2.imencode('.jpg', cv2.cvtColor(image, cv2.COLOR_RGB2BGR),
-                           [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+                           [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
     return Overlay(stamp_ns, jpeg.tobytes())

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
 
-POINTS, STRETCHES = 1200, 150  # drawn at most
+MOST_POINTS, MOST_STRETCHES = 1200, 150  # that are drawn
+KEPT_OF_BUCKET = 3  # the least, the largest, and one that interrupts the line
 
 
 @dataclass(frozen=True)
@@ -35,37 +37,53 @@ class Stretch:
     end: float
 
 
-def thinned(profile: ThicknessProfile, start: float = 0.0, most: int = POINTS) -> Curve:
-    """The measured samples from an arc length [m] on, at most so many (of 3 or more).
+def thinned(profile: ThicknessProfile, start: float = 0.0, most: int = MOST_POINTS) -> Curve:
+    """Return the measured samples from an arc length on, no more than a screen can show.
 
-    Of each bucket of neighbours the least, the largest and one that interrupts the line stay, so
-    that no extreme and no interruption is lost.
+    No extreme and no interruption is lost.
+
+    Args:
+        profile: with N samples.
+        start: arc length [m].
+        most: number of points, 3 or more.
     """
     first = int(np.searchsorted(profile.arc_length, start))
     arc_length, sigma = profile.arc_length[first:], profile.sigma[first:]
     thickness = np.where(profile.status[first:] == Status.MEASURED, profile.thickness[first:],
                          np.nan)
     if len(thickness) > most:
-        size = -(-len(thickness) // (most // 3))
-        padded = np.full(-(-len(thickness) // size) * size, np.nan)
-        padded[:len(thickness)] = thickness
-        buckets = padded.reshape(-1, size)
-        chosen = [np.where(np.isnan(buckets), np.inf, buckets).argmin(axis=1),
-                  np.where(np.isnan(buckets), -np.inf, buckets).argmax(axis=1),
-                  np.isnan(buckets).argmax(axis=1)]
-        starts = np.arange(len(buckets)) * size
-        kept = np.unique(np.concatenate([starts + each for each in chosen]))
-        kept = kept[kept < len(thickness)]
+        kept = _kept(thickness, most)
         arc_length, thickness, sigma = arc_length[kept], thickness[kept], sigma[kept]
     return Curve(arc_length, thickness, np.where(np.isnan(thickness), np.nan, sigma))
 
 
+def _kept(thickness: Array, most: int) -> NDArray[np.intp]:
+    """Return which samples (K,) of thickness (N,) stay, with K up to ``most``.
+
+    They are KEPT_OF_BUCKET samples of each bucket, which is a run of neighbours.
+    """
+    size = -(-len(thickness) // (most // KEPT_OF_BUCKET))
+    padded = np.full(-(-len(thickness) // size) * size, np.nan)
+    padded[:len(thickness)] = thickness
+    buckets = padded.reshape(-1, size)
+    in_bucket = (np.where(np.isnan(buckets), np.inf, buckets).argmin(axis=1),
+                 np.where(np.isnan(buckets), -np.inf, buckets).argmax(axis=1),
+                 np.isnan(buckets).argmax(axis=1))
+    starts = np.arange(len(buckets)) * size
+    kept = np.unique(np.concatenate([starts + index for index in in_bucket]))
+    return kept[kept < len(thickness)]
+
+
 def stretches(profile: ThicknessProfile, start: float = 0.0,
-              most: int = STRETCHES) -> list[Stretch]:
-    """The stretches without a thickness that end behind an arc length [m]; of many the longest."""
-    found = [Stretch(status, max(float(low), start), float(high))
-             for status in Status if status != Status.MEASURED
-             for low, high in run_extents(profile.status == status, profile.arc_length)
-             if high > start]
-    found.sort(key=lambda stretch: stretch.start - stretch.end)
-    return sorted(found[:most], key=lambda stretch: stretch.start)
+              most: int = MOST_STRETCHES) -> list[Stretch]:
+    """Return the stretches without a thickness that end behind an arc length [m], in order.
+
+    Of more than ``most`` it returns the longest.
+    """
+    all_stretches = [
+        Stretch(status, max(float(low), start), float(high))
+        for status in Status if status != Status.MEASURED
+        for low, high in run_extents(profile.status == status, profile.arc_length)
+        if high > start]
+    all_stretches.sort(key=lambda stretch: stretch.start - stretch.end)
+    return sorted(all_stretches[:most], key=lambda stretch: stretch.start)

@@ -1,4 +1,4 @@
-"""The parts that the page is made of; page.css says how they look."""
+"""The elements that the panels are made of; page.css says how they look."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ TONES = ('good', 'act', 'bad', 'old')
 
 @contextmanager
 def card(area: str, words: str) -> Iterator[ui.element]:
-    """A card with its title, to which more can be added."""
+    """Make a card with a title; the block gets the title, to which more can be added."""
     with ui.element('section').classes(f'card area-{area}'):
         with ui.element('div').classes('title') as title:
             ui.label(words)
@@ -20,7 +20,7 @@ def card(area: str, words: str) -> Iterator[ui.element]:
 
 
 def number(words: str, unit: str, size: str = '') -> ui.label:
-    """A number with what it is and its unit."""
+    """Make a number with its name and unit; return the element that holds its value."""
     with ui.element('div').classes(f'number {size}'):
         ui.label(words).classes('quiet')
         with ui.element('div'):
@@ -30,13 +30,21 @@ def number(words: str, unit: str, size: str = '') -> ui.label:
 
 
 def key(colour: str, words: str) -> ui.element:
-    """An entry of the legend."""
+    """Make an entry of the legend."""
     with ui.element('span').classes('key') as key:
         ui.element('span').classes('chip').style(f'background: {colour}')
         ui.label(words)
     return key
 
 
+def entry(tone: str, name: str, words: str) -> None:
+    """Make an entry of a list: a dot in a tone, a name, and words."""
+    with ui.element('div').classes(f'entry {tone}'):
+        ui.element('span').classes('dot')
+        ui.label(name).classes('name')
+        ui.label(words).classes('words')
+
+
 def set_tone(element: ui.element, tone: str) -> None:
-    """Give an element the one of TONES that fits."""
+    """Give an element one of TONES and take the others away."""
     element.classes(add=tone, remove=' '.join(other for other in TONES if other != tone))

@@ -1,8 +1,8 @@
-"""Who may see the page, and who may act: asked before anything else is.
+"""Who may see the page, and who may act: checked before each request is handled.
 
-The page is served on loopback only. That alone leaves three doors open, which are closed here: a
-name of somebody else's that is made to point at this computer (DNS rebinding), a page of somebody
-else's in the same browser, and other users of this computer, who may look but not act.
+The page is served on loopback only. That alone leaves three ways in, which are closed here: a
+foreign host name that is made to point at this computer (DNS rebinding), a foreign page in the
+same browser, and other users of this computer, who may look but not act.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 HOSTS = re.compile(r'(127\.0\.0\.1|localhost)(:\d{1,5})?')  # any port: a tunnel may change it
 CLOSE_REFUSED = 1008  # RFC 6455: the endpoint received what violates its policy
-# The library writes scripts and styles into the page and compiles its templates there; but
-# whatever it does, nothing is asked of another host, and no other page may hold this one.
+# NiceGUI writes scripts and styles into the page and compiles its templates there. Whatever it
+# does, the page loads nothing from another host, and no other page may embed this one.
 POLICY = ("default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'unsafe-eval'; "
           "style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; form-action 'none'; "
           "base-uri 'none'; object-src 'none'")
@@ -33,11 +33,11 @@ HEADERS = {
 
 
 class Guard:
-    """ASGI middleware that lets only those through who came by the page's own address.
+    """ASGI middleware that lets only requests through that came by the page's own address.
 
     Args:
         app: what it guards.
-        token: what has to be in the address of who wants to act.
+        token: has to be in the address of a person who wants to act.
     """
 
     def __init__(self, app: ASGIApp, token: str) -> None:
@@ -45,7 +45,7 @@ class Guard:
         self._token = token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer, or hand on."""
+        """Refuse a request, or hand it on to the application."""
         if scope['type'] == 'lifespan':
             await self._app(scope, receive, send)
             return
@@ -59,7 +59,7 @@ class Guard:
                 scope, receive, _with_headers(send))
 
     def refusal(self, scope: Scope) -> str | None:
-        """Why a request is refused; None if it is not."""
+        """Return why a request is refused; None if it is not."""
         headers = Headers(scope=scope)
         host = headers.get('host', '')
         if not HOSTS.fullmatch(host):
@@ -74,19 +74,20 @@ class Guard:
 
 
 def tokens(scope: Scope) -> list[str]:
-    """The tokens in the address of a request."""
+    """Return the tokens in the address of a request."""
     query: Any = parse_qs(scope.get('query_string', b'').decode('latin-1'),
                           keep_blank_values=True)
-    found: list[str] = query.get('token', [])
-    return found
+    values: list[str] = query.get('token', [])
+    return values
 
 
-def allows(token: str, found: str) -> bool:
-    """Whether this is the token, in a time that does not tell how much of it is right."""
-    return secrets.compare_digest(token.encode(), found.encode())
+def allows(token: str, given: str) -> bool:
+    """Return whether this is the token, in a time that does not show how much of it is right."""
+    return secrets.compare_digest(token.encode(), given.encode())
 
 
 def _with_headers(send: Send) -> Send:
+    """Return a sender that adds HEADERS to the response."""
     async def send_with_headers(message: Message) -> None:
         if message['type'] == 'http.response.start':
             headers = MutableHeaders(scope=message)

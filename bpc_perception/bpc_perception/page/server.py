@@ -19,24 +19,25 @@ from bpc_perception.page.board import Board
 from bpc_perception.page.guard import allows, Guard, tokens
 from bpc_perception.page.view import View
 
-PATIENCE = 60.0  # for a browser that asked for the page to connect, and to answer [s]
-ACT_PATIENCE = 20.0  # for what a button does [s]
-END_PATIENCE = 1.0  # for browsers, when the server ends [s]
-RECONNECT_PATIENCE = 10.0  # for a browser whose connection is lost [s]
-HISTORY = 300  # messages kept for such a browser; who missed more loads the page anew
-TICK = 1.0  # in which ages are told anew [s]
-STYLE = Path(__file__).with_name('page.css')
+BROWSER_TIMEOUT_S = 60.0  # for a browser that asked for the page to connect, and to answer
+ACT_TIMEOUT_S = 20.0  # for what a button does
+END_TIMEOUT_S = 1.0  # for browsers, when the server ends
+RECONNECT_TIMEOUT_S = 10.0  # for a browser whose connection is lost
+MISSED_MESSAGES = 300  # kept for such a browser; if it missed more, it loads the page anew
+AGES_PERIOD_S = 1.0  # in which the ages on the page are brought up to date
+STYLE_FILE = Path(__file__).with_name('page.css')
 
 
 class PageServer:
-    """Serves a board to any number of browsers until closed; one of a process.
+    """Serves a board to any number of browsers until it is closed; one for each process.
 
     Args:
         board: what is shown.
         port: 0 = any that is free.
-        token: what has to be in the address for buttons.
-        act: starts what a button says; the outcome, whether it was done and in words.
-        on_watchers: told, in the server's thread, how many browsers look, when that changes.
+        token: has to be in the address for buttons.
+        act: starts what a button says; the outcome is whether it was done, and in words.
+        on_watchers: is called in the server's thread with the number of browsers that look, when
+            that changes.
 
     Raises:
         OSError: the port is taken.
@@ -57,18 +58,19 @@ class PageServer:
             raise OSError(f'port: expected {port} to be free, found: {error.strerror}') from error
         self._server = uvicorn.Server(uvicorn.Config(
             self._make_app(), log_config=None, access_log=False, server_header=False,
-            timeout_graceful_shutdown=round(END_PATIENCE),
-            ws_per_message_deflate=False))  # which would take longer than this computer's own wire
+            timeout_graceful_shutdown=round(END_TIMEOUT_S),
+            # To compress takes longer than to send within this computer.
+            ws_per_message_deflate=False))
         self._thread = Thread(target=self._server.run, args=([self._socket],), daemon=True)
         self._thread.start()
 
     @property
     def address(self) -> str:
-        """Where the page is, with its token."""
+        """The address of the page, with its token."""
         return address_at(self._socket.getsockname()[1], self._token)
 
     def notify(self) -> None:
-        """Show what is new on the board; from any thread."""
+        """Show what is new on the board; may be called from any thread."""
         if self._loop is not None and self._views:
             try:
                 self._loop.call_soon_threadsafe(self._refresh)
@@ -78,7 +80,7 @@ class PageServer:
     def close(self) -> None:
         """End the server."""
         self._server.should_exit = True
-        self._thread.join(2 * END_PATIENCE)
+        self._thread.join(2 * END_TIMEOUT_S)
         self._socket.close()
 
     def _refresh(self) -> None:
@@ -98,23 +100,24 @@ class PageServer:
 
         ui.page('/', title='bpc', favicon=ICON)(self._serve)
         ui.run_with(app, dark=None, tailwind=False, show_welcome_message=False,
-                    reconnect_timeout=RECONNECT_PATIENCE, message_history_length=HISTORY)
+                    reconnect_timeout=RECONNECT_TIMEOUT_S, message_history_length=MISSED_MESSAGES)
         return Guard(app, self._token)
 
     async def _serve(self, request: Request, client: Client) -> None:
-        """Make the page for a browser, and keep it up to date while it is connected."""
+        """Make the page for a browser, and keep it up to date while the browser is connected."""
         self._loop = asyncio.get_running_loop()
-        ui.add_css(STYLE)
-        # The guard has refused a wrong token; without one there are no buttons.
+        ui.add_css(STYLE_FILE)
+        # The guard has refused wrong tokens already; without a token there are no buttons.
         acting = any(allows(self._token, token) for token in tokens(request.scope))
         view = View(self._board, self._act if acting else None)
-        ui.timer(TICK, view.refresh)
+        ui.timer(AGES_PERIOD_S, view.refresh)
         client.on_delete(lambda: self._leave(client.id))
-        with suppress(TimeoutError, asyncio.TimeoutError):  # who asked has gone
-            await client.connected(PATIENCE)
+        with suppress(TimeoutError, asyncio.TimeoutError):  # the browser has gone
+            await client.connected(BROWSER_TIMEOUT_S)
             self._views[client.id] = view
             self._on_watchers(len(self._views))
-            view.dark = bool(await ui.run_javascript('Quasar.Dark.isActive', timeout=PATIENCE))
+            view.dark = bool(await ui.run_javascript('Quasar.Dark.isActive',
+                                                     timeout=BROWSER_TIMEOUT_S))
             view.refresh()
 
     def _leave(self, client_id: str) -> None:
@@ -124,9 +127,9 @@ class PageServer:
     async def _act(self, name: str) -> tuple[bool, str]:
         try:
             return await asyncio.wait_for(asyncio.wrap_future(self._act_in_node(name)),
-                                          ACT_PATIENCE)
+                                          ACT_TIMEOUT_S)
         except asyncio.TimeoutError:
-            return False, f'no answer within {ACT_PATIENCE:.0f} s'
+            return False, f'no answer within {ACT_TIMEOUT_S:.0f} s'
 
 
 # A bead along a path.

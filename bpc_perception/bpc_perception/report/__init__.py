@@ -1,1 +1,1 @@
-"""What a measurement leaves behind for people: tables, summary, report, figures."""
+"""What is written about a measurement for people: tables, summary, report, figures."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bpc_perception.core.session import Result
-from bpc_perception.report.summary import result_entry
+from bpc_perception.report.entries import result_entry
 from bpc_perception.report.thumbnails import Thumbnails
 
 
 @dataclass
 class PrintLog:
-    """Of each capture a line and a small picture, and one result in full.
+    """An entry and a small picture of each capture, and one result in full.
 
     A result holds its capture, which has 35 MB at full size.
 
@@ -24,7 +24,7 @@ class PrintLog:
         reported: the result that is reported; None as long as there is none.
         place: its position among the entries.
         thumbnails: overlays of the captures.
-        warnings: what else has to be known of the measurement.
+        warnings: what else a reader has to know about the measurement.
     """
 
     wanted: int | None = None
@@ -40,7 +40,7 @@ class PrintLog:
 
     @classmethod
     def of(cls, results: Iterable[Result]) -> PrintLog:
-        """The log of these results."""
+        """Return the log of these results."""
         log = cls()
         for result in results:
             log.add(result)
@@ -57,9 +57,9 @@ class PrintLog:
     def refusals(self) -> list[str]:
         """The distinct reasons why captures were refused, in order."""
         return list(dict.fromkeys(
-            str(each['refusal']) for each in self.entries if 'refusal' in each))
+            str(entry['refusal']) for entry in self.entries if 'refusal' in entry))
 
     @property
     def numbers(self) -> list[int]:
         """The numbers of the captures that were measured."""
-        return [each['capture'] for each in self.entries if isinstance(each['capture'], int)]
+        return [entry['capture'] for entry in self.entries if isinstance(entry['capture'], int)]

@@ -28,7 +28,7 @@ class Provenance:
         settings: dotted names and values of the ThicknessConfig.
         versions: see versions().
         targets: the thickness wanted along the path; None = none.
-        fingerprint: changes whenever one of what the result is made of does.
+        fingerprint: see fingerprint().
     """
 
     bag: str
@@ -40,7 +40,7 @@ class Provenance:
 
 
 def versions() -> dict[str, str]:
-    """Versions of everything that can change a number."""
+    """Return the versions of everything that can change a number."""
     try:
         ros = f'rclpy {metadata.version("rclpy")}'
     except metadata.PackageNotFoundError:
@@ -49,26 +49,29 @@ def versions() -> dict[str, str]:
             'opencv': cv2.__version__, 'ros': ros}
 
 
-def fingerprint(given: Inputs, settings: dict[str, object], found: dict[str, str]) -> str:
-    """Tells whether a result is made of the same: recording, calibration, settings, versions.
+def fingerprint(recording: Inputs, settings: dict[str, object],
+                used_versions: dict[str, str]) -> str:
+    """Return a hash that is the same only if a result is made from the same.
 
-    Of a recording names, sizes and times of change are looked at, as make and rsync do; of the
-    small files their content.
+    It covers recording, calibration, targets, settings and versions: the content of the small
+    files, but only names, sizes and times of change of the recording, as make and rsync do.
     """
-    told = hashlib.sha256(json.dumps([settings, found], sort_keys=True, default=str).encode())
-    for file in given.bag.files:
+    digest = hashlib.sha256(
+        json.dumps([settings, used_versions], sort_keys=True, default=str).encode())
+    for file in recording.bag.files:
         state = file.stat()
-        told.update(f'{file.name} {state.st_size} {state.st_mtime_ns}'.encode(errors='replace'))
-    targets = given.thickness.advice.target_file
-    for small in (given.hand_eye_file, *([Path(targets)] if targets else [])):
-        told.update(small.read_bytes())
-    return told.hexdigest()
+        digest.update(f'{file.name} {state.st_size} {state.st_mtime_ns}'.encode(errors='replace'))
+    targets = recording.thickness.advice.target_file
+    for small_file in (recording.hand_eye_file, *([Path(targets)] if targets else [])):
+        digest.update(small_file.read_bytes())
+    return digest.hexdigest()
 
 
-def provenance_of(given: Inputs) -> Provenance:
-    """What the outputs say of where they come from."""
-    settings = {name: value for name, _, value in flatten(given.thickness)}
-    settings |= {f'path_recorder.{name}': value for name, _, value in flatten(given.recorder)}
-    found = versions()
-    return Provenance(str(given.bag.path), str(given.hand_eye_file), settings, found,
-                      given.targets, fingerprint(given, settings, found))
+def provenance_of(recording: Inputs) -> Provenance:
+    """Return what the files say about where a result comes from."""
+    settings = {name: value for name, _, value in flatten(recording.thickness)}
+    settings |= {f'path_recorder.{name}': value for name, _, value in flatten(recording.recorder)}
+    used_versions = versions()
+    return Provenance(str(recording.bag.path), str(recording.hand_eye_file), settings,
+                      used_versions, recording.targets,
+                      fingerprint(recording, settings, used_versions))

@@ -1,80 +1,45 @@
-"""Results in plain numbers: what summary.json and the lines of ``--json`` are made of.
-
-Lengths are in millimetres, as all that people read.
-"""
+"""The content of summary.json."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-import math
 from typing import Any
 
-import numpy as np
-
-from bpc_perception.core.advice.rate_advice import RateAdvice
-from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.session import Result
-
-MM = 1e3  # [mm/m]
-NS = 10**9  # [ns/s]
+from bpc_perception.display.units import MM_PER_M
+from bpc_perception.report.entries import advice_entry, plain
+from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.provenance import Provenance
+from bpc_perception.report.uniformity import uniformity
 
 
-def result_entry(result: Result) -> dict[str, Any]:
-    """What is to be said of one capture."""
-    if result.profile is None:
-        return {'capture': None, **_time(result.capture.stamp_ns), 'refusal': result.refusal}
-    return profile_entry(result.profile)
-
-
-def profile_entry(profile: ThicknessProfile) -> dict[str, Any]:
-    """What is to be said of a capture that was measured."""
-    counts = np.bincount(profile.status, minlength=len(Status))
-    found = profile.summary
-    return {'print_id': profile.print_id, 'capture': profile.capture, **_time(profile.stamp_ns),
-            'processing_time_s': profile.processing_time, 'samples': len(profile),
-            'path_length_mm': float(np.ptp(profile.arc_length)) * MM if len(profile) else 0.0,
-            'thickness_mean_mm': found.thickness_mean * MM,
-            'thickness_std_mm': found.thickness_std * MM,
-            'coverage': found.coverage,
-            'gap_count': found.gap_count,
-            'gap_length_mm': found.gap_length * MM,
-            'counts': {status.name: int(counts[status]) for status in Status}}
-
-
-def _time(stamp_ns: int) -> dict[str, Any]:
-    """A stamp, twice: a float of seconds cannot hold all of it."""
-    return {'time_s': stamp_ns / NS, 'stamp_ns': stamp_ns}
-
-
-def advice_entry(advice: RateAdvice) -> dict[str, Any]:
-    """What is to be said of an advice."""
-    return {
-        'valid': advice.valid,
-        'reason': advice.reason.name,
-        'flow_rate_scale': advice.flow_rate_scale,
-        'speed_scale': advice.speed_scale,
-        'target_thickness_mm': advice.target_thickness * MM,
-        'measured_thickness_mm': advice.measured_thickness * MM,
-        'expected_thickness_mm': advice.expected_thickness * MM,
-        'delivery': advice.delivery,
-        'delivery_sigma': advice.delivery_sigma,
-        'lag_s': advice.lag,
-        'window_start_mm': advice.window[0] * MM,
-        'window_end_mm': advice.window[1] * MM,
-        'sample_count': advice.sample_count,
-        'confidence': advice.confidence,
-        'measurement_age_s': advice.measurement_age,
-        'valid_until_s': advice.valid_until_ns / NS,
-        'valid_until_ns': advice.valid_until_ns,
+def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
+    """Return the result that is reported, an entry for every capture, and the provenance."""
+    result = log.reported
+    assert result is not None
+    profile = result.profile
+    assert profile is not None
+    assert result.advice is not None
+    statistics = profile.summary
+    evenness = uniformity(profile, provenance.targets)
+    content = {
+        **log.entries[log.place],
+        'method': profile.method,
+        'thickness_q1_mm': statistics.thickness_q1 * MM_PER_M,
+        'thickness_median_mm': statistics.thickness_median * MM_PER_M,
+        'thickness_q3_mm': statistics.thickness_q3 * MM_PER_M,
+        'thickness_variation': evenness.variation,
+        'within_10_percent': evenness.within,
+        'gaps': [{'start_mm': start, 'end_mm': end}
+                 for start, end in (profile.gaps * MM_PER_M).tolist()],
+        'offset_mean_mm': statistics.offset_mean * MM_PER_M,
+        'offset_rms_mm': statistics.offset_rms * MM_PER_M,
+        'warnings': [*log.warnings, *([result.warning] if result.warning else [])],
+        'advice': advice_entry(result.advice),
+        'captures': log.entries,
+        'bag': provenance.bag,
+        'hand_eye': provenance.hand_eye,
+        'settings': provenance.settings,
+        'versions': provenance.versions,
+        'fingerprint': provenance.fingerprint,
     }
-
-
-def plain(value: object) -> Any:
-    """The value in what strict JSON knows: NaN and infinity become None."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int | str) else str(value)
+    summary: dict[str, Any] = plain(content)
+    return summary

@@ -1,4 +1,4 @@
-"""How even a filament came out."""
+"""How uniform a filament is."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 
-TOLERANCE = 0.1  # of the thickness wanted
+TOLERANCE = 0.1  # share of the reference
 
 
 class Uniformity(NamedTuple):
-    """How even a filament is; NaN where nothing was measured.
+    """How uniform a filament is; NaN where nothing was measured.
 
     Attributes:
         variation: coefficient of variation: standard deviation by mean of the MEASURED samples.
@@ -27,18 +27,18 @@ class Uniformity(NamedTuple):
 
 
 def reference(profile: ThicknessProfile, targets: WidthTargets | None) -> Array:
-    """What the thickness is held against, (N,) [m]: the target, else the median measured."""
+    """Return what thickness is compared with, (N,) [m]: the target, else the measured median."""
     if targets is not None:
         return targets.at(profile.arc_length)
     return np.full(len(profile), profile.summary.thickness_median)
 
 
 def uniformity(profile: ThicknessProfile, targets: WidthTargets | None) -> Uniformity:
-    """How even the filament of a profile is."""
-    found = profile.summary
+    """Return how uniform the filament of a profile is."""
+    summary = profile.summary
     known = np.isin(profile.status, (Status.MEASURED, Status.GAP))
-    if not found.thickness_mean > 0:
+    if not summary.thickness_mean > 0:
         return Uniformity(np.nan, np.nan)
     wanted = reference(profile, targets)
-    near = np.abs(profile.thickness - wanted) <= TOLERANCE * wanted
-    return Uniformity(found.thickness_std / found.thickness_mean, float(near[known].mean()))
+    within = np.abs(profile.thickness - wanted) <= TOLERANCE * wanted
+    return Uniformity(summary.thickness_std / summary.thickness_mean, float(within[known].mean()))

@@ -18,14 +18,14 @@ from bpc_perception.core.profile import Status
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.session import Result, Session
 from bpc_perception.display.legend import (
-    COLOURS,
     deviation_colours,
-    LEFT,
+    LEFT_COLOUR,
+    ON_TARGET_COLOUR,
     rgb,
-    RIGHT,
-    RIGHT_ON,
-    TARGET,
-    THICK,
+    RIGHT_COLOUR,
+    STATUS_COLOURS,
+    TARGET_COLOUR,
+    TOO_THICK_COLOUR,
 )
 from bpc_perception.display.overlay import draw_overlay
 from bpc_perception.messages import topics
@@ -59,17 +59,18 @@ def marker(result: Result, namespace: str) -> Marker:
 
 def test_deviation_goes_from_thin_over_right_to_thick() -> None:
     thin, right, half, thick, unknown = deviation_colours(np.array((-0.3, 0, 0.1, 0.2, np.nan)))
-    assert tuple(right) == rgb(RIGHT_ON)
-    assert tuple(thick) == rgb(THICK)
-    assert tuple(unknown) == rgb(COLOURS[Status.NO_DATA])
-    np.testing.assert_allclose(half, (np.array(rgb(THICK)) + rgb(RIGHT_ON)) / 2, atol=1)
+    assert tuple(right) == rgb(ON_TARGET_COLOUR)
+    assert tuple(thick) == rgb(TOO_THICK_COLOUR)
+    assert tuple(unknown) == rgb(STATUS_COLOURS[Status.NO_DATA])
+    middle = (np.array(rgb(TOO_THICK_COLOUR)) + rgb(ON_TARGET_COLOUR)) / 2
+    np.testing.assert_allclose(half, middle, atol=1)
     assert thin[2] > thin[0]  # blue
 
 
 def test_side_points_are_drawn_on_the_edges() -> None:
     picture = draw_overlay(measured())
     assert picture.shape == (120 * SCALE, 160 * SCALE, 3)
-    for edge, colour in ((49.5, LEFT), (60.5, RIGHT)):
+    for edge, colour in ((49.5, LEFT_COLOUR), (60.5, RIGHT_COLOUR)):
         row, column = (round((place + 0.5) * SCALE - 0.5) for place in (edge, 80))
         assert tuple(picture[row, column]) == rgb(colour)
     # What lies between them is the picture itself.
@@ -79,12 +80,12 @@ def test_side_points_are_drawn_on_the_edges() -> None:
 def test_a_gap_is_drawn_along_the_path() -> None:
     picture = draw_overlay(measured(end=150))  # the band ends at column 130
     row, column = (round((place + 0.5) * SCALE - 0.5) for place in (55, 140))
-    assert tuple(picture[row, column]) == rgb(COLOURS[Status.GAP])
+    assert tuple(picture[row, column]) == rgb(STATUS_COLOURS[Status.GAP])
 
 
 def test_the_scale_bar_is_as_long_as_it_says() -> None:
     picture = draw_overlay(measured())
-    bar = (picture[-12] == rgb(TARGET)).all(axis=1)
+    bar = (picture[-12] == rgb(TARGET_COLOUR)).all(axis=1)
     assert bar.sum() * PIXEL / SCALE == pytest.approx(5e-3, abs=4 * PIXEL / SCALE)
 
 
@@ -111,7 +112,8 @@ def test_markers_are_in_the_base_frame_and_replace_those_before() -> None:
     assert serialize_message(message)
 
 
-@pytest.mark.parametrize(('target', 'colour'), [(WIDTH_TRUE, RIGHT_ON), (0.8 * WIDTH_TRUE, THICK)])
+@pytest.mark.parametrize(('target', 'colour'), [
+    (WIDTH_TRUE, ON_TARGET_COLOUR), (0.8 * WIDTH_TRUE, TOO_THICK_COLOUR)])
 def test_the_ribbon_lies_between_the_side_points(target: float, colour: str) -> None:
     result = measured(target)
     assert result.profile is not None

@@ -1,28 +1,27 @@
-"""What the live page shows of what it knows, and whom it answers."""
+"""What the live page shows, and whom it answers."""
 
 from __future__ import annotations
 
 import asyncio
 from dataclasses import replace
-import math
 from typing import Any
 
 import numpy as np
+from perception_builders import advice_of
 import pytest
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse
 
-from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
+from bpc_perception.core.advice.rate_advice import Reason
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.page import board as boards
-from bpc_perception.page.board import Board, Goal, Level, overlay_of
+from bpc_perception.page.board import Board, Level, overlay_of, TargetBand
 from bpc_perception.page.chart import options
 from bpc_perception.page.curve import stretches, thinned
 from bpc_perception.page.guard import Guard, HEADERS
-from bpc_perception.page.words import advised, age_in_words, in_mm
 
-STEP = 2e-4  # between samples [m]
+SPACING_M = 2e-4  # of samples
 TOKEN = 'secret'
 
 
@@ -37,19 +36,10 @@ def profile(count: int) -> ThicknessProfile:
     points = np.zeros((count, 3))
     return ThicknessProfile(
         stamp_ns=0, print_id='print', print_start_ns=0, capture=0, method='cross_section',
-        time=np.arange(count) * 0.01, arc_length=np.arange(count) * STEP, points=points,
+        time=np.arange(count) * 0.01, arc_length=np.arange(count) * SPACING_M, points=points,
         extruding=np.ones(count, bool), status=status, thickness=thickness,
         sigma=np.where(status == Status.MEASURED, 1e-5, np.nan), left=nothing, right=nothing,
         left_points=points, right_points=points, processing_time=0.0)
-
-
-def advice(reason: Reason, valid: bool = True, **others: float) -> RateAdvice:
-    """Advice at 0 s that holds until 5 s."""
-    made = RateAdvice(
-        stamp_ns=0, print_id='print', valid=valid, reason=reason, target_thickness=2e-3,
-        measured_thickness=2.2e-3, window=(0.0, 0.02), sample_count=100, flow_rate_scale=0.83,
-        speed_scale=1.2, confidence=1.0, measurement_age=0.0, valid_until_ns=5 * 10**9)
-    return replace(made, **others)
 
 
 @pytest.mark.parametrize('count', [200, 10_000, 100_000])
@@ -57,31 +47,32 @@ def test_a_curve_stays_small_and_keeps_extremes_and_interruptions(count: int) ->
     curve = thinned(profile(count), most=300)
     assert len(curve.arc_length) <= min(count, 300)
     assert np.nanmax(curve.thickness) == 2.5e-3
-    assert np.nanmin(curve.thickness) == 1.5e-3  # a gap's 0 is no thickness
+    assert np.nanmin(curve.thickness) == 1.5e-3  # the 0 of a gap does not count
     assert (np.diff(curve.arc_length) > 0).all()
     interrupted = curve.arc_length[np.isnan(curve.thickness)]
-    assert interrupted[0] == 40 * STEP
+    assert interrupted[0] == 40 * SPACING_M
     assert np.isnan(curve.sigma).tolist() == np.isnan(curve.thickness).tolist()
 
 
 def test_a_curve_of_the_newest_has_nothing_before() -> None:
-    curve = thinned(profile(200), start=150 * STEP)
-    assert curve.arc_length[0] >= 150 * STEP
+    curve = thinned(profile(200), start=150 * SPACING_M)
+    assert curve.arc_length[0] >= 150 * SPACING_M
     assert len(curve.arc_length) == 50
 
 
 def test_stretches_say_where_nothing_was_measured() -> None:
     unseen, gap = stretches(profile(200))
     assert (unseen.status, gap.status) == (Status.NO_DATA, Status.GAP)
-    assert (unseen.start, unseen.end) == pytest.approx((39.5 * STEP, 40.5 * STEP))
-    assert (gap.start, gap.end) == pytest.approx((99.5 * STEP, 109.5 * STEP))
+    assert (unseen.start, unseen.end) == pytest.approx((39.5 * SPACING_M, 40.5 * SPACING_M))
+    assert (gap.start, gap.end) == pytest.approx((99.5 * SPACING_M, 109.5 * SPACING_M))
     assert [each.status for each in stretches(profile(200), most=1)] == [Status.GAP]
-    assert stretches(profile(200), start=120 * STEP) == []
+    assert stretches(profile(200), start=120 * SPACING_M) == []
 
 
 def test_the_chart_shows_a_step_of_the_target_as_a_step() -> None:
-    goal = Goal(WidthTargets(np.array([0.0, 0.01, 0.01]), np.array([2e-3, 2e-3, 3e-3])), 0.02)
-    drawn = options(thinned(profile(200)), [], goal, (0.0, 0.04), dark=False)
+    step = WidthTargets(np.array([0.0, 0.01, 0.01]), np.array([2e-3, 2e-3, 3e-3]))
+    band = TargetBand(step, 0.02)
+    drawn = options(thinned(profile(200)), [], band, (0.0, 0.04), dark=False)
     target = next(each for each in drawn['series'] if each['name'] == 'target')
     assert target['data'] == [[0, 2.0], [10, 2.0], [10, 3.0], [40, 3.0]]
     height = next(each for each in drawn['series'] if each['name'] == 'dead band height')
@@ -96,34 +87,6 @@ def test_the_chart_of_nothing_is_empty() -> None:
     thickness = next(each for each in drawn['series'] if each['name'] == 'thickness')
     assert {point[1] for point in thickness['data']} == {None}
     assert drawn['yAxis']['min'] < drawn['yAxis']['max']
-
-
-@pytest.mark.parametrize(('given', 'headline', 'tone'), [
-    (None, 'no advice yet', 'old'),
-    (advice(Reason.OVER_EXTRUSION), 'flow × 0.83', 'act'),
-    (advice(Reason.ON_TARGET), 'keep as it is', 'good'),
-    (advice(Reason.NOT_ENOUGH_DATA, valid=False), 'change nothing', 'old'),
-    (advice(Reason.CLOG_SUSPECTED, valid=False), 'alarm', 'bad'),
-    (advice(Reason.OVER_EXTRUSION, valid_until_ns=10**9), 'expired', 'old')])
-def test_advice_is_told_with_its_tone(given: RateAdvice | None, headline: str,
-                                      tone: str) -> None:
-    told = advised(given, 2 * 10**9)
-    assert (told.headline, told.tone) == (headline, tone)
-    assert told.reason
-
-
-def test_expired_advice_tells_what_it_was() -> None:
-    assert advised(advice(Reason.OVER_EXTRUSION), 6 * 10**9).otherwise == 'was: flow × 0.83'
-
-
-def test_an_alarm_says_what_it_is() -> None:
-    assert advised(advice(Reason.GAP_DETECTED, valid=False), 0).otherwise == 'gap detected'
-
-
-def test_what_is_not_known_is_no_number() -> None:
-    assert in_mm(math.nan) == '–'
-    assert in_mm(2.004e-3) == '2.00'
-    assert [age_in_words(age) for age in (-1, 3.4, 119, 600)] == ['0 s', '3 s', '119 s', '10 min']
 
 
 def test_a_silent_node_is_not_well(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,14 +121,14 @@ def test_events_of_one_kind_are_one_and_all_are_few() -> None:
     board.hear('camera', Level.ERROR, 'no light')
     for late in range(5):
         board.hear('thickness', Level.WARN, f'pose: {late} s late')
-    board.advise(advice(Reason.GAP_DETECTED, valid=False))
-    board.advise(advice(Reason.ON_TARGET))
+    board.advise(advice_of(Reason.GAP_DETECTED, valid=False))
+    board.advise(advice_of(Reason.ON_TARGET))
     assert [(event.source, event.words, event.alarm, event.times) for event in board.events] == [
         ('advice', 'gap detected', True, 1), ('thickness', 'pose: 4 s late', False, 5),
         ('camera', 'no light', True, 1)]
     for number in range(100):
         board.hear('camera', Level.WARN, f'{number}')
-    assert len(board.events) == boards.EVENTS
+    assert len(board.events) == boards.MOST_EVENTS
 
 
 def test_an_overlay_is_never_large() -> None:
@@ -175,7 +138,7 @@ def test_an_overlay_is_never_large() -> None:
 
 
 def ask(query: str = '', kind: str = 'http', **headers: str) -> list[Any]:
-    """What a guarded application sends to who asks like this."""
+    """Return what a guarded application sends in answer to such a request."""
     sent: list[Any] = []
 
     async def send(message: Any) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bpc_perception.report import comparison
+from bpc_perception.report.pages import comparison_page
 
 HEAD = 'arc_length_mm,time_s,x_mm,y_mm,z_mm,thickness_mm,sigma_mm,left_mm,right_mm,status\n'
 SUMMARY = {
@@ -40,7 +41,7 @@ def test_folders_of_one_name_are_told_apart(tmp_path):
 def test_table_has_numbers_or_dashes(tmp_path):
     row, _ = comparison.rows(comparison.load([left_behind(tmp_path / 'a'),
                                               left_behind(tmp_path / 'b')]))
-    words = dict(zip(['print', *(heading for _, heading, _, _ in comparison.TABLE)],
+    words = dict(zip(['print', *(column.heading for column in comparison.COLUMNS)],
                      comparison.cells(row), strict=True))
     assert (words['mean [mm]'], words['variation [%]'], words['gaps']) == ('2.000', '5.0', '1')
     assert words['Q1 [mm]'] == '-'
@@ -55,7 +56,7 @@ def test_only_what_differs_is_told(tmp_path):
 
 def test_page_loads_nothing_and_names_stay_text(tmp_path):
     prints = comparison.load([left_behind(tmp_path / 'a<b>'), left_behind(tmp_path / 'b')])
-    page = comparison.render(prints)
+    page = comparison_page.render(prints)
     head, body = page.split('</head>')
     assert "default-src 'none'" in head
     assert 'a<b>' not in body.replace('a\\u003cb\\u003e', '')

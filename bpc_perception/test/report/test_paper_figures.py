@@ -1,4 +1,4 @@
-"""Figures for papers: sizes in millimetres, fonts inside, the same file each time."""
+"""Figures for papers: sizes in millimetres, fonts embedded, the same file each time."""
 
 import re
 
@@ -17,7 +17,7 @@ NAMES = ('overlay', 'thickness', 'offset', 'map', 'histogram')
 
 @pytest.fixture(scope='module')
 def result():
-    """A straight print of ten samples seen from above, its third a gap."""
+    """A straight print of ten samples seen from above; the third is a gap."""
     status = [Status.MEASURED] * 10
     status[2] = Status.GAP
     widths = np.where(np.array(status) == Status.GAP, 0.0, 2 * MM)
@@ -43,7 +43,7 @@ def test_figures_are_as_wide_as_a_column(files, name):
 
 @pytest.mark.parametrize('name', NAMES)
 def test_nothing_is_needed_from_elsewhere(files, name):
-    # Each font of a PDF has its file inside; an SVG has outlines instead of letters.
+    # Each font of a PDF is embedded; an SVG has outlines instead of letters.
     text = files[f'{name}.pdf']
     assert text.count(b'/FontFile2') == text.count(b'/Type /FontDescriptor') > 0
     drawing = files[f'{name}.svg']
@@ -53,7 +53,7 @@ def test_nothing_is_needed_from_elsewhere(files, name):
 
 
 def test_lines_are_lines(files):
-    # In the PDF the overlay alone is made of pixels.
+    # Only the overlay contains pixels in the PDF.
     for name in NAMES:
         assert (b'/Subtype /Image' in files[f'{name}.pdf']) == (name == 'overlay')
 

@@ -12,7 +12,7 @@ MM = 1e-3
 
 
 def test_share_within_a_tenth_of_the_target():
-    # 1.8 and 2.2 are just within, 2.3 is not, nor is the gap; the last is not known.
+    # 1.81 and 2.19 are just within; 2.3 and the gap are not; the last is not known.
     profile = profile_of([1.81 * MM, 2.19 * MM, 2.3 * MM, 0.0, np.nan], [
         Status.MEASURED, Status.MEASURED, Status.MEASURED, Status.GAP, Status.NO_DATA])
     found = uniformity(profile, WidthTargets.constant(2 * MM))
@@ -28,7 +28,7 @@ def test_without_a_target_the_median_is_the_reference():
 
 
 def test_a_graded_target_is_looked_up_along_the_path():
-    profile = profile_of([1 * MM, 2 * MM, 3 * MM])  # one sample a millimetre
+    profile = profile_of([1 * MM, 2 * MM, 3 * MM])  # a sample each millimetre
     graded = WidthTargets(np.array((0.0, 2 * MM)), np.array((1 * MM, 3 * MM)))
     assert uniformity(profile, graded).within == 1.0
 

@@ -15,7 +15,7 @@ from bpc_perception.core.config import CameraConfig
 from bpc_perception.core.parameter import flatten
 from bpc_perception.files.parameter_file import configure, live_recorder
 from bpc_perception.messages import topics
-from bpc_perception.report.outputs import COLUMNS
+from bpc_perception.report.profile_table import COLUMNS
 from bpc_sim.closed_loop.situations import SITUATIONS
 from bpc_system_tests.documentation import parameter_tables, reference
 from bpc_system_tests.documentation.pages import (

@@ -8,11 +8,10 @@ import numpy as np
 from rich.console import Group
 from rich.text import Text
 
-from bpc_perception.cli.parts.table import in_words
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.display.legend import COLOURS, deviation_colours
-from bpc_perception.display.wording import label
+from bpc_perception.display.legend import deviation_colours, STATUS_COLOURS
+from bpc_perception.display.wording import advice_in_a_line, label
 
 BLOCKS = '▁▂▃▄▅▆▇█'
 MM = 1e3  # [mm/m]
@@ -35,7 +34,7 @@ def view(profile: ThicknessProfile, advice: RateAdvice, width: int, age: float) 
         profile_line(profile, advice, width),
         Text(f'0 to {length:.1f} mm: {mean}{wanted}, {found.coverage:.0%} known'
              + (f';  {missing}' if missing else '')),
-        Text(f'{in_words(advice)};  capture {profile.capture}, {age:.0f} s ago'))
+        Text(f'{advice_in_a_line(advice)};  capture {profile.capture}, {age:.0f} s ago'))
 
 
 def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> Text:
@@ -52,7 +51,7 @@ def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> T
             continue
         status = Status(int(np.bincount(profile.status[part]).argmax()))
         if status != Status.MEASURED:
-            line.append(SIGNS[status], COLOURS[status])
+            line.append(SIGNS[status], STATUS_COLOURS[status])
             continue
         off = np.nanmedian(profile.thickness[part]) / usual
         height = int(np.clip(np.rint(off * len(BLOCKS) / 2), 1, len(BLOCKS)))

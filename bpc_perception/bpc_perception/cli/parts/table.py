@@ -8,7 +8,8 @@ from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Result
-from bpc_perception.report.summary import advice_entry, profile_entry, result_entry
+from bpc_perception.display.wording import advice_in_a_line
+from bpc_perception.report.entries import advice_entry, profile_entry, result_entry
 
 HEADER = ('capture', 'path mm', 'known', 'thickness mm', 'gaps', 'advice')
 WIDTHS = (7, 8, 6, 15, 14, 0)
@@ -37,7 +38,7 @@ class ResultTable:
             str(profile.capture), f'{length:.1f}', f'{summary.coverage:.0%}',
             '-' if math.isnan(summary.thickness_mean) else
             f'{summary.thickness_mean * 1e3:.3f} ± {summary.thickness_std * 1e3:.3f}',
-            f'{summary.gap_count} ({summary.gap_length * 1e3:.1f} mm)', in_words(advice)),
+            f'{summary.gap_count} ({summary.gap_length * 1e3:.1f} mm)', advice_in_a_line(advice)),
             **profile_entry(profile), advice=advice_entry(advice))
 
     def _tell(self, cells: tuple[str, ...], **values: object) -> None:
@@ -50,13 +51,3 @@ class ResultTable:
 def _line(cells: tuple[str, ...]) -> str:
     return '  '.join(
         f'{cell:<{width}}' for cell, width in zip(cells, WIDTHS, strict=True)).rstrip()
-
-
-def in_words(advice: RateAdvice) -> str:
-    """What the advice says, for people."""
-    reason = advice.reason.name.lower().replace('_', ' ')
-    if not advice.valid:
-        return f'change nothing: {reason}'
-    if advice.flow_rate_scale == 1.0:
-        return reason
-    return f'{reason}: flow x {advice.flow_rate_scale:.2f} or speed x {advice.speed_scale:.2f}'

@@ -29,7 +29,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from bpc_perception.report.summary import plain
+from bpc_perception.report.entries import plain
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
 WIDEST = 1000  # of a table [characters]

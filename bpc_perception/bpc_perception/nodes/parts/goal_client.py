@@ -9,7 +9,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 
 from bpc_perception.core.advice.targets import WidthTargets
-from bpc_perception.page.board import Goal
+from bpc_perception.page.board import TargetBand
 
 NAMES = ['advice.target_thickness', 'advice.target_file', 'advice.dead_band']
 
@@ -23,7 +23,7 @@ class GoalClient:
         on_refusal: gets the reason why a target file cannot be read.
     """
 
-    def __init__(self, node: Node, on_goal: Callable[[Goal | None], None],
+    def __init__(self, node: Node, on_goal: Callable[[TargetBand | None], None],
                  on_refusal: Callable[[str], None]) -> None:
         self._on_goal = on_goal
         self._on_refusal = on_refusal
@@ -47,4 +47,4 @@ class GoalClient:
             self._on_refusal(str(error))
             return
         wanted = bool((targets.thickness > 0).all())
-        self._on_goal(Goal(targets, dead_band.double_value) if wanted else None)
+        self._on_goal(TargetBand(targets, dead_band.double_value) if wanted else None)

@@ -1,0 +1,1 @@
+"""The panels of the page: each makes its elements once, and then shows what is new."""

@@ -1,0 +1,74 @@
+"""Thickness along the path, with its legend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import math
+
+from nicegui import ui
+import numpy as np
+
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.display.legend import STATUS_COLOURS
+from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.wording import label, MEANINGS
+from bpc_perception.page import elements
+from bpc_perception.page.board import TargetBand
+from bpc_perception.page.chart import MEASURED_COLOUR, options, TARGET_GREY
+from bpc_perception.page.curve import stretches, thinned
+
+NEWEST_LENGTH_M = 0.05  # the end of the path that the close view shows
+LEAST_SPAN_M = 1e-3
+
+
+class ChartPanel:
+    """The chart, which a switch narrows to the end of the path.
+
+    Args:
+        on_switch: is called when a person uses the switch.
+    """
+
+    def __init__(self, on_switch: Callable[[], None]) -> None:
+        with elements.card('chart', 'Thickness along the path') as title:
+            with title:
+                self._switch = ui.switch(f'newest {NEWEST_LENGTH_M * MM_PER_M:.0f} mm',
+                                         on_change=on_switch).props('dense')
+            self._chart = ui.echart({'series': []}).classes('chart')
+            self._legend = ui.element('div').classes('legend')
+
+    @property
+    def newest_only(self) -> bool:
+        """Whether the end of the path is shown only."""
+        return bool(self._switch.value)
+
+    def clear(self) -> None:
+        """Show nothing, as before a print."""
+        self._legend.clear()
+        self._draw({'series': []})
+
+    def show(self, profile: ThicknessProfile, target: TargetBand | None, dark: bool) -> None:
+        """Show a profile and its target on a light or dark page."""
+        length = profile.arc_length[-1] if len(profile) else 0.0
+        start = max(0.0, length - NEWEST_LENGTH_M) if self.newest_only else 0.0
+        marked = stretches(profile, start)
+        span = (start, max(length, start + LEAST_SPAN_M))
+        self._draw(options(thinned(profile, start), marked, target, span, dark))
+        self._show_legend({stretch.status for stretch in marked}, profile, target)
+
+    def _draw(self, chart_options: dict[str, object]) -> None:
+        self._chart.options.clear()
+        self._chart.options.update(chart_options)
+        self._chart.update()
+
+    def _show_legend(self, statuses: set[Status], profile: ThicknessProfile,
+                     target: TargetBand | None) -> None:
+        self._legend.clear()
+        with self._legend:
+            elements.key(MEASURED_COLOUR, 'thickness ± sigma')
+            if target is not None:
+                elements.key(TARGET_GREY, 'target' if math.isnan(target.dead_band)
+                             else f'target ± {target.dead_band:.0%}')
+            for status in sorted(statuses):
+                share = np.mean(profile.status == status)
+                key = elements.key(STATUS_COLOURS[status], f'{label(status)} {share:.0%}')
+                key.tooltip(MEANINGS[status])

@@ -1,0 +1,67 @@
+"""The top of the page: which print, which capture, and the buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+
+from nicegui import ui
+
+from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.display.units import MM_PER_M
+
+BUTTONS = {'capture': 'Capture', 'start': 'Start', 'stop': 'Stop', 'save': 'Save'}
+Act = Callable[[str], Awaitable[tuple[bool, str]]]
+
+
+class Header:
+    """Print, capture and buttons.
+
+    Args:
+        act: does what a button says and returns whether it was done, and in words; None = no
+            buttons.
+    """
+
+    def __init__(self, act: Act | None) -> None:
+        self._act = act
+        with ui.element('header').classes('area-top'):
+            self._print = ui.label().classes('print')
+            self._capture = ui.label().classes('quiet capture')
+            if act is not None:
+                with ui.element('div').classes('actions'):
+                    for name in BUTTONS:
+                        self._make_button(name)
+
+    def _make_button(self, name: str) -> None:
+        look = 'unelevated no-caps' if name == 'capture' else 'outline no-caps'
+        ui.button(BUTTONS[name], on_click=lambda: self._press(name)).props(look).classes(
+            f'action-{name}')
+
+    async def _press(self, name: str) -> None:
+        """Do what a button says, and show what came of it."""
+        assert self._act is not None
+        if name == 'stop' and not await _confirm_stop():
+            return
+        done, words = await self._act(name)
+        ui.notify(f'{BUTTONS[name]}: {words}', type='positive' if done else 'negative',
+                  position='top', multi_line=True, classes='outcome')
+
+    def show(self, profile: ThicknessProfile | None) -> None:
+        """Show a profile; None = there is none yet."""
+        if profile is None:
+            self._print.set_text('')
+            self._capture.set_text('')
+            return
+        length = profile.arc_length[-1] if len(profile) else 0.0
+        self._print.set_text(profile.print_id)
+        self._capture.set_text(f'capture {profile.capture}, {length * MM_PER_M:.0f} mm of path')
+
+
+async def _confirm_stop() -> bool:
+    """Ask whether to stop: a thumb on a phone slips, and a path cannot be resumed."""
+    with ui.dialog() as dialog, ui.card():
+        ui.label('Stop recording the path? What is printed from now on is not measured.')
+        with ui.element('div').classes('actions'):
+            ui.button('Go on', on_click=lambda: dialog.submit(False)).props('outline no-caps')
+            ui.button('Stop', on_click=lambda: dialog.submit(True)).props(
+                'unelevated no-caps color=negative').classes('sure')
+    return bool(await dialog)

@@ -1,0 +1,80 @@
+"""Captures and advice in plain numbers, for summary.json and the lines of ``--json``.
+
+Lengths are in millimetres, as everything that people read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import math
+from typing import Any
+
+import numpy as np
+
+from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.session import Result
+from bpc_perception.display.units import MM_PER_M, NS_PER_S
+
+
+def result_entry(result: Result) -> dict[str, Any]:
+    """Return the entry of a capture, which was measured or refused."""
+    if result.profile is None:
+        return {'capture': None, **_time(result.capture.stamp_ns), 'refusal': result.refusal}
+    return profile_entry(result.profile)
+
+
+def profile_entry(profile: ThicknessProfile) -> dict[str, Any]:
+    """Return the entry of a capture that was measured."""
+    counts = np.bincount(profile.status, minlength=len(Status))
+    summary = profile.summary
+    return {
+        'print_id': profile.print_id, 'capture': profile.capture, **_time(profile.stamp_ns),
+        'processing_time_s': profile.processing_time, 'samples': len(profile),
+        'path_length_mm': float(np.ptp(profile.arc_length)) * MM_PER_M if len(profile) else 0.0,
+        'thickness_mean_mm': summary.thickness_mean * MM_PER_M,
+        'thickness_std_mm': summary.thickness_std * MM_PER_M,
+        'coverage': summary.coverage,
+        'gap_count': summary.gap_count,
+        'gap_length_mm': summary.gap_length * MM_PER_M,
+        'counts': {status.name: int(counts[status]) for status in Status},
+    }
+
+
+def _time(stamp_ns: int) -> dict[str, Any]:
+    """Return a stamp in seconds and in nanoseconds: a float of seconds cannot hold all of it."""
+    return {'time_s': stamp_ns / NS_PER_S, 'stamp_ns': stamp_ns}
+
+
+def advice_entry(advice: RateAdvice) -> dict[str, Any]:
+    """Return the entry of an advice."""
+    return {
+        'valid': advice.valid,
+        'reason': advice.reason.name,
+        'flow_rate_scale': advice.flow_rate_scale,
+        'speed_scale': advice.speed_scale,
+        'target_thickness_mm': advice.target_thickness * MM_PER_M,
+        'measured_thickness_mm': advice.measured_thickness * MM_PER_M,
+        'expected_thickness_mm': advice.expected_thickness * MM_PER_M,
+        'delivery': advice.delivery,
+        'delivery_sigma': advice.delivery_sigma,
+        'lag_s': advice.lag,
+        'window_start_mm': advice.window[0] * MM_PER_M,
+        'window_end_mm': advice.window[1] * MM_PER_M,
+        'sample_count': advice.sample_count,
+        'confidence': advice.confidence,
+        'measurement_age_s': advice.measurement_age,
+        'valid_until_s': advice.valid_until_ns / NS_PER_S,
+        'valid_until_ns': advice.valid_until_ns,
+    }
+
+
+def plain(value: object) -> Any:
+    """Return a value as strict JSON knows it: NaN and infinity become None."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int | str) else str(value)

@@ -1,0 +1,115 @@
+"""The filament in 3-D, coloured by its deviation from the target."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+import plotly.graph_objects as go
+
+from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.display.legend import (
+    FULL_COLOUR_DEVIATION,
+    ON_TARGET_COLOUR,
+    STATUS_COLOURS,
+    TOO_THICK_COLOUR,
+    TOO_THIN_COLOUR,
+)
+from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.wording import label
+from bpc_perception.report.figures.data import pen_up
+from bpc_perception.report.figures.style import layout, single
+from bpc_perception.report.uniformity import reference
+
+BACKGROUND_COLOUR = '#4D4D4D'  # a grey on which all colours of the deviation show
+OCCLUDED_COLOUR = 'white'  # the black of the legend would not show on that grey
+MOST_SAMPLES = 4000
+PERCENT = 100
+
+
+def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Figure:
+    """Draw the filament in the base frame, as wide as measured, coloured by its deviation.
+
+    The deviation is from the target, or from the median without one.
+    """
+    figure = go.Figure()
+    _add_ribbon(figure, profile, targets)
+    _add_unmeasured(figure, profile)
+    return figure.update_layout(
+        layout(), margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, legend={'y': 0},
+        scene=_scene(profile))
+
+
+def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
+                targets: WidthTargets | None) -> None:
+    """Draw two triangles from each sample to the next where both are measured."""
+    # Draw every n-th sample only of a long print.
+    shown = slice(None, None, -(-len(profile) // MOST_SAMPLES) or 1)
+    path, thickness, arc = (values[shown] for values in (
+        profile.points, profile.thickness, profile.arc_length))
+    sides = [points[shown] for points in (profile.left_points, profile.right_points)]
+    measured = (profile.status[shown] == Status.MEASURED) & np.isfinite(
+        sides[0] + sides[1]).all(axis=1)
+    left, right = (np.where(measured[:, None], points, path) * MM_PER_M for points in sides)
+    starts = np.flatnonzero(measured[:-1] & measured[1:])
+    if not len(starts):
+        return
+    deviation = PERCENT * (thickness / reference(profile, targets)[shown] - 1)
+    x, y, z = single(np.concatenate((left, right))).T
+    i, j, k = _triangles(starts, len(path))
+    hover_data = np.column_stack((arc, thickness)) * MM_PER_M
+    figure.add_mesh3d(
+        x=x, y=y, z=z, i=i, j=j, k=k, intensity=single(np.nan_to_num(np.tile(deviation, 2))),
+        cmin=-PERCENT * FULL_COLOUR_DEVIATION, cmax=PERCENT * FULL_COLOUR_DEVIATION,
+        colorscale=((0, TOO_THIN_COLOUR), (0.5, ON_TARGET_COLOUR), (1, TOO_THICK_COLOUR)),
+        name='measured', lighting={'ambient': 1, 'diffuse': 0, 'specular': 0, 'fresnel': 0},
+        colorbar={'title': {'text': 'off the ' + ('median' if targets is None else 'target')},
+                  'ticksuffix': ' %', 'thickness': 12, 'orientation': 'h', 'y': 1,
+                  'yanchor': 'bottom'},
+        customdata=single(np.tile(hover_data, (2, 1))),
+        hovertemplate='%{customdata[1]:.3f} mm at %{customdata[0]:.1f} mm<extra></extra>')
+
+
+def _triangles(starts: NDArray[np.intp], count: int) -> NDArray[np.int32]:
+    """Return the corners of the triangles that begin at these samples (S,), as (3, 2 S).
+
+    Corners are numbered: first the left side points of ``count`` samples, then the right ones.
+    """
+    return np.concatenate((
+        np.stack((starts, starts + count, starts + 1)),
+        np.stack((starts + count, starts + count + 1, starts + 1))), axis=1).astype(np.int32)
+
+
+def _add_unmeasured(figure: go.Figure, profile: ThicknessProfile) -> None:
+    """Draw the path where nothing was measured, in the colours of the statuses."""
+    for status in Status:
+        chosen = profile.status == status
+        if status != Status.MEASURED and chosen.any():
+            x, y, z = single(pen_up(profile.points * MM_PER_M, chosen)).T
+            colour = OCCLUDED_COLOUR if status == Status.OCCLUDED else STATUS_COLOURS[status]
+            figure.add_scatter3d(x=x, y=y, z=z, mode='lines', name=label(status),
+                                 line={'color': colour, 'width': 5}, hoverinfo='name')
+
+
+def _scene(profile: ThicknessProfile) -> dict[str, Any]:
+    """Return axes, proportions and first point of view."""
+    axis = {'gridcolor': '#777777', 'showbackground': False, 'color': 'white'}
+    return {'aspectmode': 'manual',
+            'aspectratio': dict(zip('xyz', _proportions(profile).tolist(), strict=True)),
+            'bgcolor': BACKGROUND_COLOUR, 'camera': {'eye': {'x': 0.0, 'y': -1.0, 'z': 1.6}},
+            **{f'{name}axis': {'title': {'text': f'{name} [mm]'}, **axis} for name in 'xyz'}}
+
+
+def _proportions(profile: ThicknessProfile) -> Array:
+    """Return the sides of the scene (3,), in proportion to what is known of the filament.
+
+    Plotly would make the volume 1, and what is flat very large.
+    """
+    points = np.concatenate((profile.points, profile.left_points, profile.right_points))
+    points = points[np.isfinite(points).all(axis=1)]
+    sides = np.ptp(points, axis=0) if len(points) else np.ones(3)
+    longest = float(sides.max()) or 1.0
+    return np.maximum(1.3 * sides / longest, 0.01)

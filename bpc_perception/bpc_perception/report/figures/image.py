@@ -1,0 +1,101 @@
+"""The camera's image with path and side points."""
+
+from __future__ import annotations
+
+import base64
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+import plotly.graph_objects as go
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.session import Result
+from bpc_perception.display.legend import (
+    LEFT_COLOUR,
+    RIGHT_COLOUR,
+    STATUS_COLOURS,
+    WINDOW_COLOUR,
+)
+from bpc_perception.display.overlay import path_pixels
+from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.wording import label
+from bpc_perception.report.figures.data import pen_up
+from bpc_perception.report.figures.style import layout
+
+MOST_IMAGE_BYTES = 600_000  # unless the quality would get lower than the last of these
+JPEG_QUALITIES = (95, 90, 80, 70, 60)
+LINE_WIDTH_PX = 2.5
+
+
+def image_figure(result: Result) -> go.Figure:
+    """Draw the image with path and side points; pixel centres have integer coordinates.
+
+    The last trace is an empty ring: the cursor that follows the pointer over the profile.
+    """
+    profile, camera = result.profile, result.capture.camera
+    assert profile is not None
+    figure = go.Figure()
+    path = path_pixels(result, profile.points)
+    for status in Status:
+        _add_path(figure, status, path, profile)
+    measured = profile.status == Status.MEASURED
+    _add_side(figure, 'left side', LEFT_COLOUR, path_pixels(result, profile.left_points), measured)
+    _add_side(figure, 'right side', RIGHT_COLOUR, path_pixels(result, profile.right_points),
+              measured)
+    figure.add_scatter(x=[None], y=[None], mode='markers', showlegend=False, hoverinfo='skip',
+                       marker={'symbol': 'circle-open', 'size': 18, 'color': WINDOW_COLOUR,
+                               'line': {'width': 3}})
+    figure.add_layout_image(
+        source=jpeg_uri(result.capture.image), xref='x', yref='y', x=-0.5, y=-0.5, layer='below',
+        sizex=camera.width, sizey=camera.height, sizing='stretch')
+    return figure.update_layout(
+        layout(), dragmode='pan', margin={'l': 0, 'r': 0, 't': 30, 'b': 0},
+        legend={'y': -0.01},
+        xaxis={'range': (-0.5, camera.width - 0.5), 'visible': False, 'constrain': 'domain'},
+        yaxis={'range': (camera.height - 0.5, -0.5), 'visible': False, 'constrain': 'domain',
+               'scaleanchor': 'x'})
+
+
+def _add_path(figure: go.Figure, status: Status, uv: Array, profile: ThicknessProfile) -> None:
+    """Draw the samples of a status, at pixels (N, 2); the pointer shows place and thickness."""
+    chosen = profile.status == status
+    if not chosen.any():
+        return
+    samples = np.column_stack((uv, profile.arc_length * MM_PER_M, profile.thickness * MM_PER_M))
+    x, y, *hover_data = pen_up(samples, chosen).T.astype(np.float32)
+    figure.add_scatter(x=x, y=y, mode='lines', name=label(status),
+                       line={'color': STATUS_COLOURS[status], 'width': LINE_WIDTH_PX},
+                       customdata=np.stack(hover_data, axis=1),
+                       hovertemplate='at %{customdata[0]:.1f} mm: %{customdata[1]:.3f} mm')
+
+
+def _add_side(figure: go.Figure, name: str, colour: str, uv: Array,
+              measured: NDArray[np.bool_]) -> None:
+    """Draw the side points of the measured samples, at pixels (N, 2)."""
+    if not measured.any():
+        return
+    x, y = pen_up(uv, measured).T.astype(np.float32)
+    figure.add_scatter(x=x, y=y, mode='lines', name=name, hoverinfo='skip',
+                       line={'color': colour, 'width': LINE_WIDTH_PX})
+
+
+def jpeg_uri(image: NDArray[np.uint8]) -> str:
+    """Return an RGB image (H, W, 3) as a JPEG of full colour resolution in an address.
+
+    It has at most MOST_IMAGE_BYTES, unless the lowest of JPEG_QUALITIES needs more.
+    """
+    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+    for quality in JPEG_QUALITIES:
+        _, encoded = cv2.imencode('.jpg', bgr, (
+            cv2.IMWRITE_JPEG_QUALITY, quality,
+            cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444))
+        if len(encoded) <= MOST_IMAGE_BYTES:
+            break
+    return data_uri(encoded.tobytes(), 'jpeg')
+
+
+def data_uri(data: bytes, kind: str) -> str:
+    """Return an address that holds a picture; ``kind`` is a MIME subtype such as ``jpeg``."""
+    return f'data:image/{kind};base64,{base64.b64encode(data).decode()}'

@@ -1,0 +1,70 @@
+"""The report of a measurement."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.profile import Status
+from bpc_perception.display.legend import STATUS_COLOURS
+from bpc_perception.display.wording import advice_in_words, label, MEANINGS
+from bpc_perception.report.figures.deviation_map import map_figure
+from bpc_perception.report.figures.histogram import histogram_figure
+from bpc_perception.report.figures.image import data_uri, image_figure
+from bpc_perception.report.figures.offset import offset_figure
+from bpc_perception.report.figures.thickness import thickness_figure
+from bpc_perception.report.pages.page import mm, page, share, utc
+from bpc_perception.report.print_log import PrintLog
+
+
+def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None = None) -> str:
+    """Make the page about a measured result.
+
+    Args:
+        log: with a result to report.
+        summary: content of summary.json, lengths in mm.
+        targets: the thickness wanted along the path; None = none.
+    """
+    result = log.reported
+    assert result is not None
+    profile, advice = result.profile, result.advice
+    assert profile is not None
+    assert advice is not None
+    frames = capture_frames(log)
+    return page(
+        'report.html.j2',
+        {'image': image_figure(result),
+         'thickness': thickness_figure(result, targets,
+                                       float(summary['settings'].get('advice.dead_band', 0))),
+         'offset': offset_figure(profile),
+         'map': map_figure(profile, targets),
+         'histogram': histogram_figure(profile, targets)},
+        summary=summary, advice_words=advice_in_words(advice),
+        statuses=[(status.name, label(status), STATUS_COLOURS[status], MEANINGS[status])
+                  for status in Status],
+        aspect=f'{result.capture.camera.width} / {result.capture.camera.height}',
+        reference='median' if targets is None else 'target',
+        frames=frames, shown=next(number for number, frame in enumerate(frames)
+                                  if not frame['source']))
+
+
+def capture_frames(log: PrintLog) -> list[dict[str, object]]:
+    """Return the captures to leaf through: picture, time and words of each.
+
+    The capture that is reported has no picture (its ``source`` is empty): it is drawn in full.
+    """
+    frames = []
+    for place in sorted({*log.thumbnails.pictures, log.place}):
+        entry = log.entries[place]
+        picture = '' if place == log.place else data_uri(log.thumbnails.pictures[place], 'webp')
+        frames.append({**_frame_words(entry), 'time': utc(entry['stamp_ns']), 'source': picture})
+    return frames
+
+
+def _frame_words(entry: dict[str, Any]) -> dict[str, object]:
+    """Return what is said below the picture of a capture, and its number if it was measured."""
+    if 'refusal' in entry:
+        return {'words': f'refused: {entry["refusal"]}'}
+    return {'words': f'{mm(entry["thickness_mean_mm"])} ± {mm(entry["thickness_std_mm"])}, '
+                     f'{share(entry["coverage"])} known',
+            'capture': entry['capture']}

@@ -1,0 +1,42 @@
+"""profile.csv of a print of four samples."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bpc_perception.core.profile import Status
+from bpc_perception.report.profile_table import profile_csv
+
+MM = 1e-3
+
+
+def test_csv_by_hand(profile):
+    assert profile_csv(profile).split('\n') == [
+        'arc_length_mm,time_s,x_mm,y_mm,z_mm,thickness_mm,sigma_mm,left_mm,right_mm,status',
+        '0.0,1700000000.123456789,0.0,0.0,0.0,2.0,0.1,1.5,0.5,MEASURED',
+        '1.0,1700000000.623456789,1.0,0.0,0.0,0.0,,,,GAP',
+        '2.0,1700000001.123456790,2.0,0.0,0.0,,,,,NO_DATA',
+        '3.0,1700000001.623456789,3.0,0.0,0.0,4.0,1.0,2.5,1.5,MEASURED',
+        '']
+
+
+@pytest.mark.parametrize('status', [
+    Status.NO_DATA, Status.OCCLUDED, Status.JUNCTION, Status.LOW_CONFIDENCE])
+def test_no_thickness_without_a_measurement(profile, status):
+    doubtful = replace(profile, status=np.full(4, status, np.uint8), thickness=np.full(4, MM))
+    rows = list(csv.DictReader(profile_csv(doubtful).splitlines()))
+    assert [(row['thickness_mm'], row['status']) for row in rows] == [('', status.name)] * 4
+
+
+def test_floats_read_back_to_the_last_bit(profile):
+    points = np.random.default_rng(0).normal(size=(4, 3))
+    rows = csv.DictReader(profile_csv(replace(profile, points=points)).splitlines())
+    read = [[float(row[name]) for name in ('x_mm', 'y_mm', 'z_mm')] for row in rows]
+    np.testing.assert_array_equal(read, points * 1e3)
+
+
+def test_time_at_the_very_start_of_the_clock(profile):
+    early = replace(profile, print_start_ns=7)
+    assert profile_csv(early).splitlines()[1].split(',')[1] == '0.000000007'
