@@ -1,6 +1,6 @@
 """The ``bpc`` command.
 
-Built with Typer, which makes options, types and help from the functions' own signatures.
+Typer makes options, types and help from the signatures of the functions.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from bpc_perception.cli import (
     replay,
     test_suite,
 )
-from bpc_perception.cli.parts.terminal import tell_warnings, WARNINGS
+from bpc_perception.cli.parts.terminal import show_held_warnings, WARNINGS
 from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED
 from bpc_perception.runtime.signals import end_in_time
 from bpc_perception.runtime.transport import shared_memory
 from bpc_perception.runtime.transport.dds_profiles import choose_profile
 
-# Of Click, which newer versions of Typer bring along under a name of their own.
+# This class is of Click, which newer versions of Typer contain under another name.
 UsageError: Any = typer.BadParameter.__base__
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None,
@@ -53,7 +53,8 @@ for entry in sorted(set(entry_points(group='bpc.commands'))):
 def main() -> None:
     """Run the command; one line on stderr and exit status 2 for what cannot be done."""
     choose_profile()
-    shared_memory.clean()  # here, before any node starts, and not in each of them beside others
+    # Clean here, before any node starts: a node would do it while others run.
+    shared_memory.clean()
     atexit.register(end_in_time)
     logging.getLogger().addHandler(WARNINGS)
     try:
@@ -66,12 +67,12 @@ def main() -> None:
     except typer.Abort:  # Ctrl-C
         sys.exit(INTERRUPTED)
     finally:
-        shared_memory.clean(leaving=True)  # that of nodes which others still had mapped
-    tell_warnings()
+        shared_memory.clean(leaving=True)  # of nodes whose memory others still had mapped
+    show_held_warnings()
     sys.exit(status)
 
 
 def refuse(reason: str) -> NoReturn:
-    """End with this reason as one line."""
+    """End the command with this reason as one line on stderr."""
     print(' '.join(reason.splitlines()), file=sys.stderr)
     sys.exit(REFUSED)

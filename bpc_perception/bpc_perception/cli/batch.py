@@ -18,7 +18,7 @@ from bpc_perception.cli.parts.options import (
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.report.outputs import check_out
 
-NEEDED = ('distributed', 'pyarrow')
+NEEDED_PACKAGES = ('distributed', 'pyarrow')
 
 
 def batch(
@@ -43,7 +43,7 @@ def batch(
     """
     terminal = Terminal(quiet, json_lines)
     check_out(out)
-    for name in NEEDED:
+    for name in NEEDED_PACKAGES:
         if find_spec(name) is None:
             raise ValueError(f'batch: expected the package {name}, found none')
     if not folder.is_dir():
@@ -53,28 +53,34 @@ def batch(
     from bpc_perception.batch.jobs import find_jobs
     from bpc_perception.batch.table import write_table
 
-    todo = find_jobs(folder, out, hand_eye, parameters)
-    count = min(workers or os.cpu_count() or 1, len(todo))
-    with (terminal.progress('batch', len(todo)) as advance,
-          cluster(scheduler, count) as client):
+    jobs = find_jobs(folder, out, hand_eye, parameters)
+    process_count = min(workers or os.cpu_count() or 1, len(jobs))
+    with (terminal.progress('batch', len(jobs)) as advance,
+          cluster(scheduler, process_count) as client):
         def on_progress(row: dict[str, Any], new: bool) -> None:
-            terminal.tell('print', in_words(row, new), **row, measured=new)
+            terminal.emit('print', in_words(row, new), **row, measured=new)
             advance()
 
-        rows = run(client, todo, on_progress)
+        rows = run(client, jobs, on_progress)
     terminal.files(write_table(out, rows))
-    failed = [row for row in rows if row['exit_status']]
-    if failed:
-        terminal.say(f'{len(failed)} of {len(rows)} failed:')
-        for row in failed:
-            terminal.say(f'  {row["bag"]}: exit status {row["exit_status"]}: {row["reason"]}')
-        raise typer.Exit(1)
+    name_failures(rows, terminal)
 
 
 def in_words(row: dict[str, Any], new: bool) -> str:
-    """A row as a line for people."""
+    """Return a row as a line for people; ``new`` = it was measured now, not before."""
     if row['exit_status']:
         return f'{row["bag"]}: failed'
     mean, std = row['thickness_mean_mm'], row['thickness_std_mm']
-    found = 'nothing measured' if mean is None else f'{mean:.3f} ± {std:.3f} mm'
-    return f'{row["bag"]}: {found}' + ('' if new else ', measured before')
+    thickness = 'nothing measured' if mean is None else f'{mean:.3f} ± {std:.3f} mm'
+    return f'{row["bag"]}: {thickness}' + ('' if new else ', measured before')
+
+
+def name_failures(rows: list[dict[str, Any]], terminal: Terminal) -> None:
+    """Say which recordings failed and why; end the command with exit status 1 if there are any."""
+    failed = [row for row in rows if row['exit_status']]
+    if not failed:
+        return
+    terminal.say(f'{len(failed)} of {len(rows)} failed:')
+    for row in failed:
+        terminal.say(f'  {row["bag"]}: exit status {row["exit_status"]}: {row["reason"]}')
+    raise typer.Exit(1)

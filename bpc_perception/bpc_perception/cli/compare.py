@@ -11,7 +11,7 @@ import typer
 
 from bpc_perception.cli.parts.options import JsonOption, QuietOption
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_perception.report import comparison
+from bpc_perception.report.comparison import cells, COLUMNS, load, rows
 from bpc_perception.report.pages import comparison_page
 
 
@@ -29,18 +29,22 @@ def compare(
         raise ValueError('compare: expected two folders or more, found one')
     if out.suffix != '.html' or not out.absolute().parent.is_dir():
         raise ValueError(f'{out}: expected a name that ends in .html in a folder that exists')
-    prints = comparison.load(folders)
+    prints = load(folders)
     page = comparison_page.render(prints).encode('utf-8', 'replace')
     beside = out.with_name(f'.{out.name}.part')
     beside.write_bytes(page)
     beside.replace(out)
-    rows = comparison.rows(prints)
-    # A column a print: there are more numbers than prints, as a rule.
-    headings = ('print', *(column.heading for column in comparison.COLUMNS))
-    table = Table(show_header=False)
-    for cells in zip(headings, *map(comparison.cells, rows), strict=True):
-        table.add_row(*map(escape, cells))  # units are in brackets, as markup is
-    terminal.show(table)
-    for row in rows:
-        terminal.tell('print', '', **row)
+    print_rows = rows(prints)
+    terminal.show(table(print_rows))
+    for row in print_rows:
+        terminal.emit('print', '', **row)
     terminal.files([out])
+
+
+def table(print_rows: list[dict[str, object]]) -> Table:
+    """Return a table with a column for each print: usually there are more numbers than prints."""
+    headings = ('print', *(column.heading for column in COLUMNS))
+    made = Table(show_header=False)
+    for line in zip(headings, *map(cells, print_rows), strict=True):
+        made.add_row(*map(escape, line))  # units are in brackets, which rich takes for markup
+    return made

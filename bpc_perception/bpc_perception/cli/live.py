@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from bpc_perception.cli.parts.live_page import PageOption, serving
-from bpc_perception.cli.parts.monitor import monitoring
+from bpc_perception.cli.parts.monitor import Monitor, monitoring
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.drivers import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder
@@ -21,7 +22,7 @@ from bpc_perception.recording.path_journal import default_folder
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.supervisor import Supervisor
 
-PATIENCE = 5.0  # until topics that are still silent are named [s]
+SILENCE_PATIENCE_S = 5.0  # until topics that are still silent are named
 
 
 def live(
@@ -50,26 +51,38 @@ def live(
     recorder = live_recorder(parameters)
     others = remappings(remap)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
+    inputs = [others.get(name, name) for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION)]
     with (monitoring(terminal, keep=1) as monitor,
           Nodes(parameters, remappings=others) as nodes,
           serving(page, terminal, others)):
-        nodes.start('bpc_perception.nodes.path_recorder',
-                    state_folder=recorder.state_folder or str(default_folder()))
-        if camera is None:
-            nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
-        else:
-            nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye),
-                        back_end=camera)
+        start_nodes(nodes, recorder, hand_eye, camera)
         terminal.say('Waiting for captures; Ctrl-C ends.')
         supervisor = Supervisor(nodes, monitor.node)
+        monitor.spin_until(lambda: False, SILENCE_PATIENCE_S, supervisor.check)
+        name_silent_topics(inputs, monitor, terminal)
+        monitor.spin_until(lambda: False, check=supervisor.check)
 
-        def ended() -> bool:
-            supervisor.check()
-            return False
 
-        monitor.spin_until(ended, PATIENCE)
-        for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION):
-            topic = others.get(name, name)
-            if not monitor.publishers(topic):
-                terminal.tell('silent', f'  {topic}: nobody publishes it yet', topic=topic)
-        monitor.spin_until(ended)
+def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,
+                camera: str | None) -> None:
+    """Start path recorder and thickness node, the latter with the camera driver if there is one.
+
+    Args:
+        nodes: to start them with.
+        recorder: settings of the path recorder.
+        hand_eye: file of the hand-eye calibration.
+        camera: back end of the camera driver; None = the camera publishes by itself.
+    """
+    nodes.start('bpc_perception.nodes.path_recorder',
+                state_folder=recorder.state_folder or str(default_folder()))
+    if camera is None:
+        nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
+    else:
+        nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye), back_end=camera)
+
+
+def name_silent_topics(inputs: Iterable[str], monitor: Monitor, terminal: Terminal) -> None:
+    """Say which of these topics nobody publishes."""
+    for topic in inputs:
+        if not monitor.publishers(topic):
+            terminal.emit('silent', f'  {topic}: nobody publishes it yet', topic=topic)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -15,8 +16,9 @@ from bpc_perception.cli.parts.options import (
     ParametersOption,
     QuietOption,
 )
-from bpc_perception.cli.parts.table import ResultTable
+from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
+from bpc_perception.core.session import Result
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
@@ -42,24 +44,35 @@ def measure(
     terminal = Terminal(quiet, json_lines)
     check_out(out)
     check_figures(figures)
-    given = inputs.load(bag, hand_eye, parameters)
-    expected = capture_count(given.bag)
+    recording = inputs.load(bag, hand_eye, parameters)
+    expected = capture_count(recording.bag)
     table, log = ResultTable(terminal), PrintLog(capture, expected)
     with terminal.progress('measure', expected) as advance:
-        for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
+        for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
+                                  recording.recorder):
             table.add(result)
             log.add(result)
             if all_captures and result.profile is not None:
                 write_outputs(out / f'capture_{result.profile.capture:04d}',
-                              PrintLog.of([result]), provenance_of(given), figures)
+                              PrintLog.of([result]), provenance_of(recording), figures)
             advance()
+    result = reported_result(log, bag)
+    if result.warning:
+        terminal.warn(result.warning)
+    log.warnings = list(WARNINGS.texts)
+    terminal.files(write_outputs(out, log, provenance_of(recording), figures))
+
+
+def reported_result(log: PrintLog, bag: Path) -> Result:
+    """Return the result that is reported.
+
+    Raises:
+        ValueError: no capture was measured, or not the one that is wanted.
+    """
     if not log.numbers:
         reasons = '; '.join(sorted(log.refusals)) or 'no capture'
         raise ValueError(f'{bag}: expected a capture that can be measured, found: {reasons}')
     if log.reported is None:
-        raise ValueError(f'{bag}: expected capture {capture}, '
+        raise ValueError(f'{bag}: expected capture {log.wanted}, '
                          f'found {", ".join(map(str, log.numbers))}')
-    if log.reported.warning:
-        terminal.warn(log.reported.warning)
-    log.warnings = list(WARNINGS.texts)
-    terminal.files(write_outputs(out, log, provenance_of(given), figures))
+    return log.reported

@@ -1,4 +1,4 @@
-"""``bpc recover``: a whole recording of what a torn one still holds."""
+"""``bpc recover``: a whole recording made from what a torn one still holds."""
 
 from __future__ import annotations
 
@@ -26,6 +26,17 @@ def recover(
     files = Bag(bag).files
     if any(file.suffix != '.mcap' for file in files):
         raise BagError(f'{bag}: expected a recording in MCAP files, found sqlite3')
+    counts = copy_messages(files, out)
+    for name in (HAND_EYE, PARAMETERS):
+        if bag.is_dir() and (bag / name).exists():
+            shutil.copy(bag / name, out)
+    for topic, count in counts.items():
+        print(f'{topic}: {count} messages')
+    print(out)
+
+
+def copy_messages(files: list[Path], out: Path) -> Counter[str]:
+    """Copy all readable messages of MCAP files into a new bag; return their number by topic."""
     counts: Counter[str] = Counter()
     with atomic_bag(out) as writer:
         for file in files:
@@ -34,9 +45,4 @@ def recover(
                     writer.add_topic(message.topic, message.type_name, message.definition)
                 writer.write(message.topic, message.log_ns, message.data)
                 counts[message.topic] += 1
-    for name in (HAND_EYE, PARAMETERS):
-        if bag.is_dir() and (bag / name).exists():
-            shutil.copy(bag / name, out)
-    for topic, count in counts.items():
-        print(f'{topic}: {count} messages')
-    print(out)
+    return counts

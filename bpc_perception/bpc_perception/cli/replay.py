@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import islice
 import os
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception.cli.parts.live_page import keep_page_open, PageOption, serving
+from bpc_perception.cli.parts.live_page import PageOption
 from bpc_perception.cli.parts.monitor import Monitor, monitoring
 from bpc_perception.cli.parts.options import (
     BagArgument,
@@ -22,6 +23,7 @@ from bpc_perception.cli.parts.options import (
     QuietOption,
     SeparateOption,
 )
+from bpc_perception.cli.parts.printer_nodes import printer_nodes
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.session import Result
@@ -34,13 +36,32 @@ from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import provenance_of
 from bpc_perception.runtime.child_processes import Nodes
 
-# A recording can wait for a busy machine; a robot's poses, best effort, cannot.
-LOSSLESS = {f'qos_overrides./{topic}.subscription.reliability': 'reliable'
-            for topic in topics.POSES}
-# Robot and extruder of a recording end with it, which is no fault.
-UNWATCHED = {'watch.warn_after': 0.0}
-PATIENCE = 5.0  # of a capture, for the path to reach its stamp [s]
-AFTERMATH = 10.0  # for the last results after the recording's end [s]
+CAPTURE_PATIENCE_S = 5.0  # in which the path has to reach the stamp of a capture
+LAST_RESULTS_TIMEOUT_S = 10.0  # after the end of the recording
+# For the nodes that listen to robot and extruder.
+INPUT_PARAMETERS = {
+    # A robot's poses are best effort; but a recording can wait for a busy machine.
+    **{f'qos_overrides./{topic}.subscription.reliability': 'reliable' for topic in topics.POSES},
+    # Robot and extruder fall silent at the end of the recording, which is no fault.
+    'watch.warn_after': 0.0,
+}
+
+
+@dataclass(frozen=True)
+class Playback:
+    """A recording, and how it is played.
+
+    Attributes:
+        recording: with its calibration and settings.
+        stamps_ns: of its captures, in order [ns].
+        player: settings of the bag player.
+        separate: whether camera driver and thickness node are processes of their own.
+    """
+
+    recording: inputs.Inputs
+    stamps_ns: list[int]
+    player: PlayerConfig
+    separate: bool
 
 
 def demo(
@@ -76,58 +97,72 @@ def replay(
     terminal = Terminal(quiet, json_lines)
     check_out(out)
     check_figures(figures)
-    PlayerConfig(rate=rate)
-    given = inputs.load(bag, hand_eye, parameters)
-    stamps = [capture.stamp_ns for _, capture in captures(given.bag)]
-    if not stamps:
+    player = PlayerConfig(bag=str(bag), rate=rate, loop=loop)
+    recording = inputs.load(bag, hand_eye, parameters)
+    stamps_ns = [capture.stamp_ns for _, capture in captures(recording.bag)]
+    if not stamps_ns:
         raise ValueError(f'{bag}: expected a complete capture, found none')
-    played_out = False
-    with (monitoring(terminal) as monitor,
-          Nodes(given.parameter_file, {'use_sim_time': True, **UNWATCHED}) as nodes,
-          serving(page, terminal, use_sim_time=True)):
-        monitor.expect_no_other_printer()
-        nodes.start('bpc_perception.nodes.path_recorder', **LOSSLESS)
-        nodes.start_measuring(
-            {'back_end': 'bag', 'bag': str(bag)},
-            {'patience': PATIENCE, 'hand_eye_file': str(given.hand_eye_file), **LOSSLESS},
-            separate)
-
-        def there() -> bool:
-            nodes.check()
-            return monitor.sees('path_recorder', 'thickness', 'camera_driver')
-
-        # Only then the player, which takes anyone who listens for its audience.
-        monitor.spin_until(there)
-        nodes.start('bpc_perception.nodes.bag_player', bag=str(bag), rate=rate, loop=loop,
-                    use_sim_time=False)
-
-        def played() -> bool:
-            nodes.check('bag_player')
-            return nodes.ended('bag_player')
-
-        monitor.spin_until(played)
-        monitor.spin_until(lambda: stamps[-1] in monitor.advice, AFTERMATH)
-        played_out = True
-        keep_page_open(page, terminal, monitor)
-    # After Ctrl-C nothing can be said of what comes behind the last result.
-    expected = len(stamps) if played_out else max(
-        (number for number, stamp_ns in enumerate(stamps, 1)
-         if stamp_ns in monitor.profiles and stamp_ns in monitor.advice), default=0)
+    playback = Playback(recording, stamps_ns, player, separate)
+    monitor, complete = play(playback, terminal, page)
+    # After Ctrl-C nothing can be said about captures behind the last result.
+    expected = len(stamps_ns) if complete else count_up_to_last_result(monitor, stamps_ns)
     log = PrintLog(expected=expected)
     with terminal.progress('collect', expected) as advance:
-        for result in islice(collect(monitor, given), expected):
+        for result in islice(live_results(monitor, recording), expected):
             log.add(result)
             advance()
     if log.reported is None:
-        silence = 'the nodes gave no reason' if played_out else 'it was ended before the first'
+        silence = 'the nodes gave no reason' if complete else 'it was ended before the first'
         raise ValueError(f'{bag}: expected a profile, found none; '
                          f'{"; ".join(monitor.warnings) or silence}')
-    terminal.files(write_outputs(out, log, provenance_of(given), figures))
+    terminal.files(write_outputs(out, log, provenance_of(recording), figures))
 
 
-def collect(monitor: Monitor, given: inputs.Inputs) -> Iterator[Result]:
-    """The live results, each with its recorded capture and the camera's pose then."""
-    for result in measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder):
+def play(playback: Playback, terminal: Terminal, page: bool) -> tuple[Monitor, bool]:
+    """Play a recording through the nodes until its last capture is measured, or Ctrl-C.
+
+    Returns:
+        The monitor, which has the results, and whether the recording was played to its end.
+    """
+    complete = False
+    with (monitoring(terminal) as monitor,
+          printer_nodes(monitor, terminal, page, playback.recording.parameter_file,
+                        use_sim_time=True) as nodes):
+        start_measuring_nodes(nodes, playback)
+        # Start the player last: it begins as soon as anyone listens.
+        monitor.spin_until(lambda: monitor.sees('path_recorder', 'thickness', 'camera_driver'),
+                           check=nodes.check)
+        player = playback.player
+        nodes.start('bpc_perception.nodes.bag_player', bag=player.bag, rate=player.rate,
+                    loop=player.loop, use_sim_time=False)
+        monitor.spin_until(lambda: nodes.ended('bag_player'),
+                           check=lambda: nodes.check('bag_player'))
+        monitor.spin_until(lambda: playback.stamps_ns[-1] in monitor.advice,
+                           LAST_RESULTS_TIMEOUT_S)
+        complete = True
+    return monitor, complete
+
+
+def start_measuring_nodes(nodes: Nodes, playback: Playback) -> None:
+    """Start path recorder, camera driver and thickness node."""
+    nodes.start('bpc_perception.nodes.path_recorder', **INPUT_PARAMETERS)
+    nodes.start_measuring(
+        {'back_end': 'bag', 'bag': playback.player.bag},
+        {'patience': CAPTURE_PATIENCE_S, 'hand_eye_file': str(playback.recording.hand_eye_file),
+         **INPUT_PARAMETERS},
+        playback.separate)
+
+
+def count_up_to_last_result(monitor: Monitor, stamps_ns: list[int]) -> int:
+    """Return the number of captures up to the last one that has a profile and an advice."""
+    return max((number for number, stamp_ns in enumerate(stamps_ns, 1)
+                if stamp_ns in monitor.profiles and stamp_ns in monitor.advice), default=0)
+
+
+def live_results(monitor: Monitor, recording: inputs.Inputs) -> Iterator[Result]:
+    """Yield the live results in order, each with its recorded capture and the camera's pose."""
+    for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
+                              recording.recorder):
         profile = monitor.profiles.get(result.capture.stamp_ns)
         advice = monitor.advice.get(result.capture.stamp_ns)
         if profile is None or advice is None:  # Ctrl-C may come between the two

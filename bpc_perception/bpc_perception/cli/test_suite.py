@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-FOLDERS = ('bootstrap', 'bpc_perception/test', 'bpc_sim/test', 'test')
+TEST_FOLDERS = ('bootstrap', 'bpc_perception/test', 'bpc_sim/test', 'test')
 PACKAGES = ('bpc_perception', 'bpc_sim')
 # Tests that wait for nodes leave a core idle. A file stays in one worker, with its fixtures.
 PARALLEL = ('-n', '2', '--dist', 'loadfile')
@@ -22,8 +22,9 @@ def run_tests(
 ) -> None:
     """Run ruff, mypy and all tests."""
     root = Path(os.environ.get('BPC_ROOT', '.'))
-    steps = [['ruff', 'check', '.'], ['mypy', *(f'-p{package}' for package in PACKAGES)],
-             ['pytest', *(arguments or (*PARALLEL, *FOLDERS))]]
+    steps = [['ruff', 'check', '.'],
+             ['mypy', *(f'-p{package}' for package in PACKAGES)],
+             ['pytest', *(arguments or (*PARALLEL, *TEST_FOLDERS))]]
     for step in steps:
         print(f'bpc: {" ".join(step)}', flush=True)
         status = subprocess.run([sys.executable, '-m', *step], cwd=root, check=False).returncode

@@ -1,1 +1,1 @@
-"""What several commands share."""
+"""What commands are made of: options, output, and the nodes that they run."""

@@ -20,6 +20,7 @@ from bpc_perception.runtime.child_processes import NodeError, Nodes
 
 PageOption = Annotated[bool, typer.Option(
     '--page', help='Serve a page with picture, profile and advice on this computer.')]
+TOKEN_BYTES = 16
 
 
 @contextmanager
@@ -27,19 +28,19 @@ def serving(page: bool, terminal: Terminal, remappings: Mapping[str, str] | None
             **parameters: Any) -> Iterator[None]:
     """Serve the page, if wanted, as long as the block runs, and say where it is.
 
-    Its process is none of those that a command looks after: a print goes on without a page.
+    A command does not look after the page's process: a print goes on without a page.
     """
     if not page:
         yield
         return
     if importlib.util.find_spec('nicegui') is None:
         raise ValueError('--page: expected the Python package nicegui, found none')
-    token = os.environ.setdefault(TOKEN_VARIABLE, secrets.token_urlsafe(16))
+    token = os.environ.setdefault(TOKEN_VARIABLE, secrets.token_urlsafe(TOKEN_BYTES))
     port = free_port(PageConfig().port)
     with Nodes(None, parameters, remappings) as nodes:
         nodes.start('bpc_perception.nodes.page', port=port)
         address = address_at(port, token)
-        terminal.tell('page', f'page: {address}', address=address)
+        terminal.emit('page', f'page: {address}', address=address)
         yield
         try:
             nodes.check()
@@ -48,14 +49,18 @@ def serving(page: bool, terminal: Terminal, remappings: Mapping[str, str] | None
 
 
 def keep_page_open(page: bool, terminal: Terminal, monitor: Monitor) -> None:
-    """Where a person is at a terminal, let the page be looked at until Ctrl-C."""
+    """Keep the page until Ctrl-C, if there is one and a person at the terminal."""
     if page and terminal.lively:
         terminal.say('The print has ended; nodes and page stay until Ctrl-C.')
         monitor.spin_until(lambda: False)
 
 
 def free_port(preferred: int) -> int:
-    """This port, or if it is taken any that is free now."""
+    """Return this port, or if it is taken any that is free now.
+
+    Raises:
+        OSError: none is free.
+    """
     for port in (preferred, 0):
         try:
             with socket.create_server((HOST, port)) as free:

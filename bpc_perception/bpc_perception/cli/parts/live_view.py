@@ -11,41 +11,47 @@ from rich.text import Text
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.legend import deviation_colours, STATUS_COLOURS
+from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_a_line, label
 
 BLOCKS = '▁▂▃▄▅▆▇█'
-MM = 1e3  # [mm/m]
-# What stands for a stretch of which nothing is measured.
+# What stands for a stretch in which nothing is measured.
 SIGNS = {Status.GAP: '_', Status.NO_DATA: '·', Status.OCCLUDED: 'o', Status.JUNCTION: 'x',
          Status.LOW_CONFIDENCE: '?'}
 
 
 def view(profile: ThicknessProfile, advice: RateAdvice, width: int, age: float) -> Group:
-    """Three lines about a capture; ``age`` is how long ago it came [s]."""
-    found = profile.summary
-    mean = ('nothing measured' if math.isnan(found.thickness_mean) else
-            f'{found.thickness_mean * MM:.3f} ± {found.thickness_std * MM:.3f} mm')
-    wanted = (f', target {advice.target_thickness * MM:.3f} mm' if advice.target_thickness > 0
-              else '')
-    length = profile.arc_length[-1] * MM if len(profile) else 0.0
-    missing = ', '.join(f'{SIGNS[status]} {label(status)}' for status in SIGNS
-                        if (profile.status == status).any())
+    """Return three lines of ``width`` letters about a capture that came ``age`` [s] ago."""
     return Group(
         profile_line(profile, advice, width),
-        Text(f'0 to {length:.1f} mm: {mean}{wanted}, {found.coverage:.0%} known'
-             + (f';  {missing}' if missing else '')),
+        Text(_numbers(profile, advice)),
         Text(f'{advice_in_a_line(advice)};  capture {profile.capture}, {age:.0f} s ago'))
 
 
-def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> Text:
-    """Thickness along the path in so many letters: blocks, of half height where it is as wanted.
+def _numbers(profile: ThicknessProfile, advice: RateAdvice) -> str:
+    """Return the numbers of a profile in words, with the statuses that it has."""
+    summary = profile.summary
+    mean = ('nothing measured' if math.isnan(summary.thickness_mean) else
+            f'{summary.thickness_mean * MM_PER_M:.3f} ± '
+            f'{summary.thickness_std * MM_PER_M:.3f} mm')
+    target = (f', target {advice.target_thickness * MM_PER_M:.3f} mm'
+              if advice.target_thickness > 0 else '')
+    length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
+    statuses = ', '.join(f'{SIGNS[status]} {label(status)}' for status in SIGNS
+                         if (profile.status == status).any())
+    return (f'0 to {length_mm:.1f} mm: {mean}{target}, {summary.coverage:.0%} known'
+            + (f';  {statuses}' if statuses else ''))
 
-    Coloured by deviation from the target, or from the median without one; where most samples of
-    a stretch are not measured there is the sign of their most frequent status.
+
+def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> Text:
+    """Return thickness along the path in ``width`` letters: blocks, of half height on target.
+
+    Blocks are coloured by the deviation from the target, or from the median without one. Where
+    most samples of a stretch are not measured there is the sign of their most frequent status.
     """
     line = Text()
     target = advice.target_thickness
-    usual = target if target > 0 else profile.summary.thickness_median
+    reference = target if target > 0 else profile.summary.thickness_median
     for part in np.array_split(np.arange(len(profile)), max(1, min(width, len(profile)))):
         if not len(part):
             continue
@@ -53,8 +59,8 @@ def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> T
         if status != Status.MEASURED:
             line.append(SIGNS[status], STATUS_COLOURS[status])
             continue
-        off = np.nanmedian(profile.thickness[part]) / usual
-        height = int(np.clip(np.rint(off * len(BLOCKS) / 2), 1, len(BLOCKS)))
-        red, green, blue = deviation_colours(np.array([off - 1]))[0].tolist()
+        ratio = np.nanmedian(profile.thickness[part]) / reference
+        height = int(np.clip(np.rint(ratio * len(BLOCKS) / 2), 1, len(BLOCKS)))
+        red, green, blue = deviation_colours(np.array([ratio - 1]))[0].tolist()
         line.append(BLOCKS[height - 1], f'rgb({red},{green},{blue})')
     return line

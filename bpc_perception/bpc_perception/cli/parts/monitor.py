@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-import re
 import signal
 import time
 
@@ -17,7 +16,8 @@ from rich.console import RenderableType
 
 from bpc_interfaces.msg import RateAdvice as RateAdviceMsg, ThicknessProfile as ThicknessProfileMsg
 from bpc_perception.cli.parts.live_view import view
-from bpc_perception.cli.parts.table import ResultTable
+from bpc_perception.cli.parts.recent_warnings import RecentWarnings
+from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
@@ -28,36 +28,34 @@ from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.runtime.signals import ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
 
-QUIETLY = ['--ros-args', '--disable-external-lib-logs']  # what is said is seen, and needs no file
-WARNINGS = 100  # kinds that are kept at most, the newest
-AGAIN = 60.0  # after so long without it a warning is shown again [s]
-DISCOVERY = 0.6  # in which another process's publishers are found, with a margin [s]
+# What the node logs is shown by the terminal, and needs no file.
+ROS_ARGUMENTS = ['--ros-args', '--disable-external-lib-logs']
+DISCOVERY_S = 0.6  # in which publishers of other processes are discovered, with a margin
+SPIN_PERIOD_S = 0.05
 
 
 class Monitor:
-    """Collects what the thickness node publishes and prints a line a capture.
+    """Collects what the thickness node publishes and prints a line for each capture.
 
-    A message that cannot be used, whoever sent it, is told like a warning in the diagnostics.
+    A message that cannot be used, from whatever node, is shown like a warning in the diagnostics.
 
     Attributes:
         node: that listens.
         profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
             all of them.
-        warnings: those in the diagnostics and our own, the last of each kind; of one kind are
-            those that differ in numbers only.
     """
 
     def __init__(self, node: Node, executor: SingleThreadedExecutor, terminal: Terminal,
                  keep: int | None = None) -> None:
-        self._keep = keep
         self.node = node
+        self.profiles: dict[int, ThicknessProfile] = {}
+        self.advice: dict[int, RateAdvice] = {}
+        self._keep = keep
         self._executor = executor
         self._terminal = terminal
         self._table = ResultTable(terminal)
-        self._shown: tuple[int, float] | None = None  # stamp, when it came [s]
-        self.profiles: dict[int, ThicknessProfile] = {}
-        self.advice: dict[int, RateAdvice] = {}
-        self._warnings: dict[str, tuple[str, float]] = {}  # by kind: text, when it came [s]
+        self._shown: tuple[int, float] | None = None  # stamp, when it came by a steady clock [s]
+        self._warnings = RecentWarnings()
         self._interrupted = False
         node.create_subscription(
             ThicknessProfileMsg, topics.PROFILE, self._on_profile, topics.RESULT_QOS)
@@ -66,33 +64,49 @@ class Monitor:
 
     @property
     def warnings(self) -> list[str]:
-        """See the class."""
-        return [text for text, _ in self._warnings.values()]
+        """The warnings in the diagnostics and our own, the last of each kind."""
+        return self._warnings.texts
 
     def interrupt(self, *_: object) -> None:
         """End spinning with KeyboardInterrupt, now or when it begins."""
         self._interrupted = True
 
-    def spin_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
-        """Handle messages until ``done`` or the timeout [s]; whether it was done."""
+    def spin_until(self, done: Callable[[], bool], timeout: float | None = None,
+                   check: Callable[[], None] | None = None) -> bool:
+        """Handle messages until something is done.
+
+        Args:
+            done: whether it is.
+            timeout: after which to give up [s]; None = never.
+            check: raises an error to end it all; called again and again.
+
+        Returns:
+            Whether it was done in time.
+
+        Raises:
+            KeyboardInterrupt: after ``interrupt``.
+        """
         end = None if timeout is None else time.monotonic() + timeout
-        while not done():
+        while True:
+            if check is not None:
+                check()
+            if done():
+                return True
             if self._interrupted:
                 raise KeyboardInterrupt
             if end is not None and time.monotonic() > end:
                 return False
-            self._executor.spin_once(timeout_sec=0.05)
+            self._executor.spin_once(timeout_sec=SPIN_PERIOD_S)
             if self._shown is not None:
                 self._terminal.draw(self._view)
-        return True
 
     def publishers(self, name: str) -> int:
-        """How many publish a topic."""
+        """Return how many publish a topic."""
         return int(self.node.count_publishers(name))
 
     def expect_no_other_printer(self) -> None:
-        """Refuse to play a printer where one is: ours would mix with its poses."""
-        self.spin_until(lambda: False, DISCOVERY)
+        """Raise ValueError if a printer publishes already: its poses would mix with ours."""
+        self.spin_until(lambda: False, DISCOVERY_S)
         for name in (topics.EXTRUSION, *topics.POSES, *topics.CAMERA):
             count = self.publishers(name)
             if count:
@@ -100,7 +114,7 @@ class Monitor:
                                  'set ROS_DOMAIN_ID to a number of its own')
 
     def sees(self, *names: str) -> bool:
-        """Whether nodes of these names are there."""
+        """Return whether nodes of all these names are there."""
         return set(names) <= set(self.node.get_node_names())
 
     def _on_profile(self, message: ThicknessProfileMsg) -> None:
@@ -110,7 +124,8 @@ class Monitor:
             self._warn(f'{self.node.get_name()}: {error}')
             return
         self.profiles[profile.stamp_ns] = profile
-        self.advice.pop(profile.stamp_ns, None)  # of the round before, when a recording loops
+        # When a recording loops there is advice of the round before.
+        self.advice.pop(profile.stamp_ns, None)
         self._show(profile.stamp_ns)
         if self._keep is not None:
             for stamp_ns in list(self.profiles)[:-self._keep]:
@@ -127,6 +142,7 @@ class Monitor:
         self._show(advice.stamp_ns)
 
     def _show(self, stamp_ns: int) -> None:
+        """Show a capture if both its profile and its advice have come."""
         if stamp_ns in self.profiles and stamp_ns in self.advice:
             self._table.add_profile(self.profiles[stamp_ns], self.advice[stamp_ns])
             self._shown = stamp_ns, time.monotonic()
@@ -135,39 +151,33 @@ class Monitor:
         assert self._shown is not None
         stamp_ns, arrived = self._shown
         if stamp_ns not in self.profiles or stamp_ns not in self.advice:
-            return ''  # the next one's are under way
+            return ''  # profile and advice of the next capture are under way
         return view(self.profiles[stamp_ns], self.advice[stamp_ns], self._terminal.width,
                     time.monotonic() - arrived)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            # What is stale has not been heard of yet, or is busy.
+            # A stale node has not begun yet, or is busy.
             if status.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR):
                 self._warn(f'{status.name}: {status.message}')
 
     def _warn(self, text: str) -> None:
-        """Tell it, unless the like of it was told a moment ago and has gone on since."""
-        kind, now = re.sub(r'[-+]?[\d.]+', '', text), time.monotonic()
-        _, before = self._warnings.pop(kind, ('', -AGAIN))
-        self._warnings[kind] = text, now
-        if now - before >= AGAIN:
-            self._terminal.tell('diagnostic', f'  {text}', text=text)
-        if len(self._warnings) > WARNINGS:
-            del self._warnings[next(iter(self._warnings))]
+        if self._warnings.add(text):
+            self._terminal.emit('diagnostic', f'  {text}', text=text)
 
 
 @contextmanager
 def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]:
-    """A monitor in this process's ROS graph; an ending signal ends the block quietly.
+    """Run a monitor in this process's ROS graph; an ending signal ends the block quietly.
 
-    It keeps the newest results, or all of them.
+    It keeps the newest ``keep`` results, or all of them.
     """
-    # Handlers that only take note: rclpy's shut down under a running callback, and Python's
-    # raise in the middle of a message, which comes out of rclpy as any other error.
+    # The handlers only take note. Those of rclpy shut down under a running callback; those of
+    # Python raise in the middle of a message, which comes out of rclpy like any other error.
     early: list[int] = []
     before = {number: signal.signal(number, lambda received, _: early.append(received))
               for number in ending_signals()}
-    rclpy.init(args=QUIETLY, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=ROS_ARGUMENTS, signal_handler_options=SignalHandlerOptions.NO)
     with receive_profile(large_messages=False):
         node = rclpy.create_node('bpc_monitor')
     executor = SingleThreadedExecutor()

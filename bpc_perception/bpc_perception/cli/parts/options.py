@@ -20,7 +20,6 @@ SeparateOption = Annotated[bool, typer.Option(
 RemapOption = Annotated[list[str] | None, typer.Option(
     '--remap', metavar='TOPIC:=OTHER',
     help='Listen to another topic, as joint_states:=/lbr/joint_states; may be repeated.')]
-
 FiguresOption = Annotated[bool, typer.Option(
     '--figures', help='Also write figures for papers, PDF and SVG, into DIR/figures.')]
 QuietOption = Annotated[bool, typer.Option(
@@ -30,11 +29,15 @@ JsonOption = Annotated[bool, typer.Option(
 
 
 def remappings(rules: list[str] | None) -> dict[str, str]:
-    """Topic to the other that is listened to in its place. Raises ValueError."""
-    found = {}
+    """Return the rules of ``--remap``: topic to the other that is listened to in its place.
+
+    Raises:
+        ValueError: a rule has another form.
+    """
+    others = {}
     for rule in rules or []:
         topic, colon, other = rule.partition(':=')
         if not (topic and colon and other):
             raise ValueError(f'--remap: expected TOPIC:=OTHER, found {rule!r}')
-        found[topic] = other
-    return found
+        others[topic] = other
+    return others

@@ -1,4 +1,4 @@
-"""The monitor: what is wrong is shown, but not over and over, and ends nothing."""
+"""The monitor shows what is wrong, but not over and over, and goes on."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from rclpy.node import Node
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception.cli.parts import monitor
+from bpc_perception.cli.parts.recent_warnings import MOST_KINDS
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.messages import topics
 from bpc_perception.runtime.isolated_graph import Graph
@@ -38,9 +39,9 @@ def test_a_warning_is_shown_once_a_minute_whatever_its_numbers(
     assert made.warnings == ['camera: late: found -1.5 s', 'camera: no light']
     now[0] = 141.0
     assert hear('late: found 2 s') == '  camera: late: found 2 s\n'
-    for number in range(2 * monitor.WARNINGS):
+    for number in range(2 * MOST_KINDS):
         hear('x' * number)
-    assert len(made.warnings) == monitor.WARNINGS
+    assert len(made.warnings) == MOST_KINDS
 
 
 def test_messages_that_cannot_be_used_are_told_once_and_those_that_follow_are_heard(
@@ -52,7 +53,7 @@ def test_messages_that_cannot_be_used_are_told_once_and_those_that_follow_are_he
     assert made.spin_until(lambda: profiles.get_subscription_count()
                            and advice.get_subscription_count(), 10)
     for _ in range(2):
-        advice.publish(RateAdvice())  # as of ros2 topic pub with {}
+        advice.publish(RateAdvice())  # as `ros2 topic pub` sends for {}
         advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0, reason=99))
         profiles.publish(ThicknessProfile(time=[0.0]))
     advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0))

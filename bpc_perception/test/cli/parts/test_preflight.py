@@ -27,7 +27,7 @@ POSE = 'geometry_msgs/msg/PoseStamped'
 
 def heard(kind: str = 'pose', rate: float = 100.0, delay: float = 0.01, seconds: float = 5.0,
           **changes: object) -> Heard:
-    """A topic on which all is well, or is not."""
+    """A topic on which all is well but for the changes."""
     arrivals = np.arange(0, seconds, 1 / rate).tolist() if rate else []
     made = Heard('/topic', kind, POSE, [POSE], 1, False, arrivals, [delay] * len(arrivals))
     for name, value in changes.items():
@@ -104,7 +104,7 @@ def test_transport() -> None:
     assert levels(judge_transport({}, 1e9)) == {OK}
     assert WARN in levels(judge_transport({'RMW_IMPLEMENTATION': 'rmw_cyclonedds_cpp'}, 1e9))
     assert WARN in levels(judge_transport({'FASTRTPS_DEFAULT_PROFILES_FILE': 'my.xml'}, 1e9))
-    assert WARN in levels(judge_transport({}, 6.4e7))  # what a container has as a rule
+    assert WARN in levels(judge_transport({}, 6.4e7))  # what a container usually has
 
 
 def test_extruder() -> None:

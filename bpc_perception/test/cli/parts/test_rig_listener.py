@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from rclpy.node import Node
 
-from bpc_perception.cli.check import Listener
+from bpc_perception.cli.parts.rig_listener import RigListener
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.runtime.isolated_graph import Graph
 
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.ros
 
 @pytest.mark.parametrize('camera', [True, False])
 def test_a_camera_that_live_is_going_to_drive_is_not_missed(graph: Graph, camera: bool) -> None:
-    listener = Listener(graph.make(Node, 'check'), RecorderConfig(), {}, camera)
+    listener = RigListener(graph.make(Node, 'check'), RecorderConfig(), {}, camera)
     named = {finding.subject for finding in listener.findings()}
     assert named == {'/end_effector_pose', '/extrusion_state', *(
         ('/color/image_color', '/color/camera_info', '/points/xyzrgba') if camera else ())}

@@ -1,0 +1,55 @@
+"""Results as they come, a line for each capture."""
+
+from __future__ import annotations
+
+import math
+
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.session import Result
+from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.wording import advice_in_a_line
+from bpc_perception.report.entries import advice_entry, profile_entry, result_entry
+
+HEADER = ('capture', 'path mm', 'known', 'thickness mm', 'gaps', 'advice')
+COLUMN_WIDTHS = (7, 8, 6, 15, 14, 0)  # letters
+
+
+class ResultTable:
+    """A line for each capture below a header, or a JSON object for each."""
+
+    def __init__(self, terminal: Terminal) -> None:
+        self._terminal = terminal
+        self._headed = False
+
+    def add(self, result: Result) -> None:
+        """Show what came of a capture."""
+        if result.profile is None or result.advice is None:
+            self._emit(('-', '', '', '', '', f'refused: {result.refusal}'),
+                       **result_entry(result))
+            return
+        self.add_profile(result.profile, result.advice)
+
+    def add_profile(self, profile: ThicknessProfile, advice: RateAdvice) -> None:
+        """Show a profile and the advice that came of it."""
+        summary = profile.summary
+        length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
+        thickness = ('-' if math.isnan(summary.thickness_mean) else
+                     f'{summary.thickness_mean * MM_PER_M:.3f} ± '
+                     f'{summary.thickness_std * MM_PER_M:.3f}')
+        gaps = f'{summary.gap_count} ({summary.gap_length * MM_PER_M:.1f} mm)'
+        self._emit((str(profile.capture), f'{length_mm:.1f}', f'{summary.coverage:.0%}', thickness,
+                    gaps, advice_in_a_line(advice)),
+                   **profile_entry(profile), advice=advice_entry(advice))
+
+    def _emit(self, cells: tuple[str, ...], **values: object) -> None:
+        if not self._headed:
+            self._headed = True
+            self._terminal.say(_line(HEADER))
+        self._terminal.emit('capture', _line(cells), **values)
+
+
+def _line(cells: tuple[str, ...]) -> str:
+    return '  '.join(
+        f'{cell:<{width}}' for cell, width in zip(cells, COLUMN_WIDTHS, strict=True)).rstrip()

@@ -1,0 +1,104 @@
+"""Listens to the topics of a rig for a while, before a print."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+import struct
+import time
+from typing import Any
+
+import numpy as np
+from rclpy.node import Node
+from rclpy.qos import ReliabilityPolicy
+
+from bpc_perception.cli.parts.preflight import Finding, Heard, judge_extruder, judge_topic
+from bpc_perception.core.config import RecorderConfig
+from bpc_perception.core.extruder.tic import error_names
+from bpc_perception.display.units import NS_PER_S, S_PER_NS
+from bpc_perception.messages import topics
+from bpc_perception.messages.flange_poses import FlangePoses
+from bpc_perception.messages.stamps import ConversionError
+
+# A message with a header begins with its stamp, behind 4 bytes of CDR.
+STAMP_OFFSET_BYTES, STAMP_FORMAT = 4, '<iI'
+
+
+class RigListener:
+    """Hears what the rig publishes.
+
+    Args:
+        node: that listens.
+        recorder: settings of the path recorder, which say where the poses come from.
+        others: topic to the other that is listened to in its place.
+        camera: whether the camera publishes already.
+    """
+
+    def __init__(self, node: Node, recorder: RecorderConfig, others: dict[str, str],
+                 camera: bool = True) -> None:
+        self._node = node
+        self._others = others
+        self._poses = FlangePoses(recorder.pose, recorder.base_frame)
+        self._poses_have_stamps = recorder.pose.source != 'pose'
+        self._extruder: Any = None  # the newest message
+        self._heard: list[Heard] = []
+        for name, kind in topics.CAMERA.items() if camera else ():
+            # Take it as bytes: a cloud may have 37 MB.
+            self._listen(name, 'camera', kind, topics.CAMERA_QOS, self._on_capture, raw=True)
+        if recorder.pose.source != 'tf':
+            self._listen(self._poses.topic, 'pose', self._poses.message_class, topics.POSE_QOS,
+                         self._on_pose)
+        self._listen(topics.EXTRUSION, 'extruder', topics.PRINT[topics.EXTRUSION],
+                     topics.EXTRUSION_QOS, self._on_extruder)
+
+    def _listen(self, name: str, kind: str, message_class: Any, qos: Any, on_message: Any,
+                raw: bool = False) -> None:
+        topic = self._others.get(name, name)
+        heard = Heard(self._node.resolve_topic_name(topic), kind, topics.type_name(message_class))
+        self._heard.append(heard)
+        self._node.create_subscription(
+            message_class, topic, partial(on_message, heard), qos, raw=raw)
+
+    def _on_capture(self, heard: Heard, message: bytes) -> None:
+        now_ns = _note_arrival(heard)
+        seconds, nanoseconds = struct.unpack_from(STAMP_FORMAT, message, STAMP_OFFSET_BYTES)
+        heard.delays.append((now_ns - seconds * NS_PER_S - nanoseconds) * S_PER_NS)
+
+    def _on_pose(self, heard: Heard, message: Any) -> None:
+        now_ns = _note_arrival(heard)
+        try:
+            stamp_ns, _ = self._poses.read(message, now_ns)
+        except ConversionError as error:
+            heard.problems.append(str(error))
+            return
+        if self._poses_have_stamps:
+            heard.delays.append((now_ns - stamp_ns) * S_PER_NS)
+
+    def _on_extruder(self, heard: Heard, message: Any) -> None:
+        now_ns = _note_arrival(heard)
+        self._extruder = message
+        stamp = message.header.stamp
+        heard.delays.append((now_ns - stamp.sec * NS_PER_S - stamp.nanosec) * S_PER_NS)
+
+    def findings(self) -> Iterator[Finding]:
+        """Yield what is good or bad about the topics."""
+        for heard in self._heard:
+            publishers = self._node.get_publishers_info_by_topic(heard.topic)
+            heard.publishers = len(publishers)
+            heard.types = sorted({publisher.topic_type for publisher in publishers})
+            heard.best_effort = any(
+                publisher.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+                for publisher in publishers)
+            yield from judge_topic(heard)
+        if self._extruder is not None:
+            yield from judge_extruder(error_names(self._extruder.error_status),
+                                      bool(self._extruder.position_uncertain),
+                                      bool(np.isfinite(self._extruder.plunger_velocity)),
+                                      bool(np.isfinite(self._extruder.flow_rate)))
+
+
+def _note_arrival(heard: Heard) -> int:
+    """Note that a message came; return when, by the clock of stamps [ns]."""
+    now_ns = time.time_ns()
+    heard.arrivals.append(time.monotonic())
+    return now_ns

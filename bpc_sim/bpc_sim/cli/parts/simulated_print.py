@@ -1,0 +1,50 @@
+"""What prints in an open and in a closed loop share: files for the nodes, and times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from bpc_perception.cli.parts.monitor import Monitor
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.display.units import MM_PER_M
+from bpc_sim.config import SimConfig
+from bpc_sim.printer.print_job import PrintJob
+
+START_DELAY_S = 6.0  # in which all nodes find each other
+END_MARGIN_S = 10.0  # for the last results
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Files for the nodes.
+
+    Attributes:
+        parameters: ROS parameter file.
+        hand_eye: hand-eye calibration.
+    """
+
+    parameters: Path
+    hand_eye: Path
+
+
+def write_settings(folder: Path, hand_eye: dict[str, object],
+                   parameters: dict[str, object]) -> Settings:
+    """Write calibration and parameters into a folder."""
+    settings = Settings(folder / 'params.yaml', folder / 'hand_eye.calib')
+    settings.hand_eye.write_text(yaml.safe_dump(hand_eye))
+    settings.parameters.write_text(yaml.safe_dump(parameters))
+    return settings
+
+
+def announce(job: PrintJob, config: SimConfig, terminal: Terminal) -> None:
+    """Say how long a print takes."""
+    terminal.say(f'{job.length * MM_PER_M:.0f} mm at {config.speed * MM_PER_M:g} mm/s: '
+                 f'{job.duration + START_DELAY_S:.0f} s; Ctrl-C ends.')
+
+
+def reasons(monitor: Monitor) -> str:
+    """Return what the nodes said about why there is no result."""
+    return '; '.join(monitor.warnings) or 'the nodes gave no reason'
