@@ -14,7 +14,8 @@ from bpc_perception.cli.parts.options import (
     QuietOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_perception.core.calibration.nozzle import Pivot, pivot, Rest, rests
+from bpc_perception.core.calibration.nozzle import Pivot, pivot
+from bpc_perception.core.calibration.rests import Rest, rests
 from bpc_perception.display.units import MM_PER_M, S_PER_NS
 from bpc_perception.recording.bag import Bag
 
