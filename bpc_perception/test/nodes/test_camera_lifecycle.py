@@ -7,22 +7,19 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
-from perception_builders import band_image, capture_of, SECOND, START_NS
 import pytest
 
 pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from node_builders import record_captures
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.drivers.bag import BagCamera
-from bpc_perception.messages import topics
-from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.nodes.camera_driver import CameraDriverNode
-from bpc_perception.recording.bag_writer import BagWriter
 
 pytestmark = pytest.mark.ros
 CAPTURES = 3
@@ -30,16 +27,6 @@ CONFIGURE, CLEAN_UP, ACTIVATE, DEACTIVATE, SHUT_DOWN = (
     Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_CLEANUP,
     Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_DEACTIVATE,
     Transition.TRANSITION_INACTIVE_SHUTDOWN)
-
-
-def record(path: Path) -> None:
-    with BagWriter(path) as writer:
-        for name, kind in topics.CAMERA.items():
-            writer.add_topic(f'/{name}', topics.type_name(kind))
-        for number in range(CAPTURES):
-            capture = capture_of(band_image(), START_NS + number * SECOND)
-            for name, message in zip(topics.CAMERA, capture_to_messages(capture), strict=True):
-                writer.write(f'/{name}', capture.stamp_ns, message)
 
 
 class Manager:
@@ -97,7 +84,7 @@ class Manager:
 
 
 def test_it_works_by_itself_unless_told_otherwise(graph: Any, tmp_path: Path) -> None:
-    record(tmp_path / 'bag')
+    record_captures(tmp_path, CAPTURES)
     manager = Manager(graph, tmp_path / 'bag', autostart=True)
     graph.spin_until(lambda: len(manager.captures) == CAPTURES)
     assert manager.state() == 'active'
@@ -107,7 +94,7 @@ def test_it_works_by_itself_unless_told_otherwise(graph: Any, tmp_path: Path) ->
 def test_a_manager_drives_it(graph: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     closed: list[BagCamera] = []
     monkeypatch.setattr(BagCamera, 'close', lambda camera: closed.append(camera))
-    record(tmp_path / 'bag')
+    record_captures(tmp_path, CAPTURES)
     manager = Manager(graph, tmp_path / 'bag')
     assert manager.state() == 'unconfigured'
     for round_ in (1, 2):
@@ -136,7 +123,7 @@ def test_a_manager_drives_it(graph: Any, tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_nothing_comes_while_deactivated(graph: Any, tmp_path: Path) -> None:
-    record(tmp_path / 'bag')
+    record_captures(tmp_path, CAPTURES)
     manager = Manager(graph, tmp_path / 'bag', autostart=True)
     graph.spin_until(lambda: manager.captures)
     assert manager.change(DEACTIVATE)
@@ -156,7 +143,7 @@ def test_a_failed_configuration_says_why_and_can_be_repeated(graph: Any, tmp_pat
         assert not manager.change(CONFIGURE)
         manager.see(**{'state': 'unconfigured', f'refused: {tmp_path}/bag': count})
         assert 'expected a bag, found nothing there' in manager.notes['last refusal']
-    record(tmp_path / 'bag')
+    record_captures(tmp_path, CAPTURES)
     assert manager.change(CONFIGURE)
     assert manager.change(ACTIVATE)
     graph.spin_until(lambda: len(manager.captures) == CAPTURES)
@@ -168,7 +155,7 @@ def test_what_nobody_expected_is_logged_and_leaves_the_camera_closed(
     def connect(_: BagCamera) -> None:
         raise ZeroDivisionError('a bug')
 
-    record(tmp_path / 'bag')
+    record_captures(tmp_path, CAPTURES)
     manager = Manager(graph, tmp_path / 'bag')
     with monkeypatch.context() as patch:
         patch.setattr(BagCamera, 'connect', connect)
@@ -182,7 +169,7 @@ def test_what_nobody_expected_is_logged_and_leaves_the_camera_closed(
 
 def test_an_impossible_transition_is_refused_and_the_node_lives(graph: Any,
                                                                 tmp_path: Path) -> None:
-    record(tmp_path / 'bag')
+    record_captures(tmp_path, CAPTURES)
     manager = Manager(graph, tmp_path / 'bag')
     assert not manager.change(ACTIVATE)
     assert not manager.change(99)

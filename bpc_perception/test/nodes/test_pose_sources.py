@@ -23,6 +23,7 @@ from bpc_perception.core.robot.kinematics import JOINTS
 pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Pose, PoseStamped, Transform, TransformStamped
+from node_builders import BASE, extrusion, NOZZLE
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -40,14 +41,12 @@ from bpc_perception.recording.bag_writer import BagWriter
 from bpc_perception.recording.offline import measure_bag
 
 pytestmark = pytest.mark.ros
-BASE = 'lbr_link_0'
 TIMES = np.arange(0.0, 3.0, 0.01)  # of poses at 100 Hz [s]
 # With these angles the flange points straight down, 0.6 m in front of A1 and 0.56041 m above the
 # base; turning A1 moves it along a circle (hardware data of the LBR Med 7).
 ARM = np.radians((0.0, 30.0, 0.0, -60.0, 0.0, 90.0, 0.0))
 RADIUS, HEIGHT = 0.6, 0.56041
 TURN_RATE = 0.02  # of A1 [rad/s]; 12 mm/s at the flange
-NOZZLE = [0.0, 0.0, 0.15]
 
 
 def joint_state(time: float) -> JointState:
@@ -57,12 +56,6 @@ def joint_state(time: float) -> JointState:
     names = [f'lbr_{joint}' for joint in reversed(JOINTS)]
     message = JointState(name=['gripper', *names],
                          position=array('d', [0.01, *angles[::-1].tolist()]))
-    message.header.stamp = ns_to_stamp(START_NS + round(time * SECOND))
-    return message
-
-
-def extrusion(time: float) -> ExtrusionState:
-    message = ExtrusionState(extruding=True, plunger_velocity=1e-4, flow_rate=5e-8)
     message.header.stamp = ns_to_stamp(START_NS + round(time * SECOND))
     return message
 

@@ -1,39 +1,18 @@
-"""Messages to core types and back, field by field, and what must not get through."""
+"""Captures from and to the messages of the camera, and what must not get through."""
 
 from __future__ import annotations
 
 from array import array
-from dataclasses import fields, replace
-import math
+from dataclasses import replace
 from typing import Any
 
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose, Quaternion
+from message_builders import NAN, refused, STAMP_NS
 import numpy as np
-from perception_builders import (
-    band_image,
-    BED,
-    capture_of,
-    HEIGHT,
-    INK,
-    path_through,
-    pose,
-    profile_of,
-    START_NS,
-    WIDTH,
-)
+from perception_builders import band_image, BED, capture_of, HEIGHT, INK, WIDTH
 import pytest
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
-from bpc_interfaces.msg import (
-    ExtrusionState,
-    RateAdvice as RateAdviceMsg,
-    ThicknessProfile as ThicknessProfileMsg,
-)
-from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
-from bpc_perception.core.profile import Status
-from bpc_perception.messages.advice import advice_from_message, advice_to_message
 from bpc_perception.messages.capture import (
     camera_from_info,
     capture_from_messages,
@@ -41,46 +20,9 @@ from bpc_perception.messages.capture import (
     cloud_to_xyz,
     image_to_rgb,
 )
-from bpc_perception.messages.extruder import extruder_from_message
-from bpc_perception.messages.path import path_from_message, path_to_message, path_to_nav
-from bpc_perception.messages.pose import pose_to_matrix, pose_to_message
-from bpc_perception.messages.profile import profile_from_message, profile_to_message
-from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
+from bpc_perception.messages.stamps import ConversionError, ns_to_stamp
 
 pytestmark = pytest.mark.ros
-refused = pytest.raises(ConversionError, match=r'expected .*found')
-NAN = np.nan
-STAMP = START_NS + 123_456_789
-
-
-def assert_same(found: Any, expected: Any) -> None:
-    """Two dataclasses hold the same, and arrays of the same kind."""
-    assert type(found) is type(expected)
-    for field in fields(expected):
-        one, other = getattr(found, field.name), getattr(expected, field.name)
-        if isinstance(other, np.ndarray):
-            assert one.dtype == other.dtype, field.name
-            np.testing.assert_array_equal(one, other, err_msg=field.name)
-        else:
-            assert one == other or (one != one and other != other), field.name
-
-
-# Stamps
-
-
-@pytest.mark.parametrize('stamp_ns', [
-    0, 1, 999_999_999, 10**9, STAMP, (2**31 - 1) * 10**9 + 999_999_999, -1, -(10**9) - 1])
-def test_a_stamp_survives_to_the_nanosecond(stamp_ns: int) -> None:
-    stamp = ns_to_stamp(stamp_ns)
-    assert 0 <= stamp.nanosec < 10**9
-    assert stamp_to_ns(stamp) == stamp_ns
-
-
-def test_a_stamp_is_seconds_and_nanoseconds() -> None:
-    assert stamp_to_ns(Time(sec=3, nanosec=7)) == 3_000_000_007
-
-
-# Images
 
 
 def image_message(encoding: str, size: int, padding: int = 0) -> Image:
@@ -122,9 +64,6 @@ def test_an_image_that_does_not_fit_is_refused(changes: dict[str, Any]) -> None:
         setattr(message, name, value)
     with refused:
         image_to_rgb(message)
-
-
-# Clouds
 
 
 def cloud_message(*, offsets: tuple[int, int, int] = (0, 4, 8), point_step: int = 16,
@@ -222,9 +161,6 @@ def test_an_empty_cloud_message_is_refused() -> None:
         cloud_to_xyz(PointCloud2())
 
 
-# Intrinsics
-
-
 def info(**changes: Any) -> CameraInfo:
     values = {'width': 640, 'height': 480, 'distortion_model': 'plumb_bob',
               'd': [0.1, -0.2, 0.01, 0.02, 0.3],
@@ -257,11 +193,8 @@ def test_an_uncalibrated_camera_is_refused(changes: dict[str, Any]) -> None:
         camera_from_info(info(**changes))
 
 
-# Captures
-
-
 def test_a_capture_survives_there_and_back() -> None:
-    capture = capture_of(band_image(), STAMP)
+    capture = capture_of(band_image(), STAMP_NS)
     capture.cloud[3, 4] = NAN
     capture = replace(capture, camera=replace(capture.camera,
                                               distortion=np.array((0.1, 0.2, 0.3, 0.4, 0.5))))
@@ -270,7 +203,7 @@ def test_a_capture_survives_there_and_back() -> None:
     np.testing.assert_array_equal(found.cloud, capture.cloud)
     np.testing.assert_array_equal(found.camera.K, capture.camera.K)
     np.testing.assert_array_equal(found.camera.distortion, capture.camera.distortion)
-    assert (found.stamp_ns, found.frame_id) == (STAMP, 'camera_optical_frame')
+    assert (found.stamp_ns, found.frame_id) == (STAMP_NS, 'camera_optical_frame')
 
 
 @pytest.mark.parametrize('count', [0, 4, 5, 8])
@@ -283,7 +216,7 @@ def test_a_capture_keeps_its_distortion(count: int) -> None:
 
 
 def test_a_capture_looks_like_one_of_the_vendors_node() -> None:
-    image, camera_info, cloud = capture_to_messages(capture_of(band_image(), STAMP))
+    image, camera_info, cloud = capture_to_messages(capture_of(band_image(), STAMP_NS))
     assert image.header == camera_info.header == cloud.header
     assert (image.encoding, image.step, image.is_bigendian) == ('rgba8', 4 * WIDTH, 0)
     assert set(image.data[3::4]) == {255}
@@ -301,20 +234,20 @@ def test_a_capture_looks_like_one_of_the_vendors_node() -> None:
 
 def parts() -> tuple[Image, CameraInfo, PointCloud2]:
     messages: tuple[Image, CameraInfo, PointCloud2] = capture_to_messages(
-        capture_of(band_image(), STAMP))
+        capture_of(band_image(), STAMP_NS))
     # They share one header object.
     copies = [type(message)(**{name: getattr(message, name) for name in
                                message.get_fields_and_field_types() if name != 'header'})
               for message in messages]
     for copy in copies:
-        copy.header.stamp = ns_to_stamp(STAMP)
+        copy.header.stamp = ns_to_stamp(STAMP_NS)
     return copies[0], copies[1], copies[2]
 
 
 @pytest.mark.parametrize('which', range(3))
 def test_parts_of_different_stamps_make_no_capture(which: int) -> None:
     messages = parts()
-    messages[which].header.stamp = ns_to_stamp(STAMP + 1)
+    messages[which].header.stamp = ns_to_stamp(STAMP_NS + 1)
     with pytest.raises(ConversionError, match='expected one stamp'):
         capture_from_messages(*messages)
 
@@ -325,202 +258,6 @@ def test_parts_of_different_sizes_make_no_capture(which: int) -> None:
     messages[which].height -= 1
     with pytest.raises(ConversionError, match=r'expected one size .*160 x 119'):
         capture_from_messages(*messages)
-
-
-# Poses
-
-
-def test_a_pose_survives_there_and_back() -> None:
-    T = pose((0.1, -0.2, 0.3), (100, 20, -30))
-    message = pose_to_message(STAMP, 'lbr_link_0', T)
-    assert message.header.frame_id == 'lbr_link_0'
-    assert stamp_to_ns(message.header.stamp) == STAMP
-    np.testing.assert_allclose(pose_to_matrix(message.pose), T, atol=1e-15)
-
-
-@pytest.mark.parametrize(('position', 'orientation'), [
-    ((NAN, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
-    ((0.0, 0.0, 0.0), (NAN, 0.0, 0.0, 1.0)), ((0.0, np.inf, 0.0), (0.0, 0.0, 0.0, 1.0)),
-    ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0))])
-def test_what_is_no_pose_is_refused(position: tuple[float, ...],
-                                    orientation: tuple[float, ...]) -> None:
-    with refused:
-        pose_to_matrix(Pose(
-            position=Point(**dict(zip('xyz', position, strict=True))),
-            orientation=Quaternion(**dict(zip('xyzw', orientation, strict=True)))))
-
-
-# Extruder
-
-
-def test_what_an_extruder_in_error_does_is_unknown() -> None:
-    message = ExtrusionState(extruding=True, plunger_velocity=1e-4, flow_rate=5e-8,
-                             error_status=1 << 6)
-    sample = extruder_from_message(message)
-    assert not sample.extruding
-    assert np.isnan((sample.plunger_velocity, sample.flow_rate)).all()
-
-
-def test_an_extruder_that_is_uncertain_of_its_position_is_believed() -> None:
-    """The path carries velocity and flow, which do not depend on it."""
-    message = ExtrusionState(extruding=True, plunger_velocity=1e-4, flow_rate=5e-8,
-                             position_uncertain=True)
-    sample = extruder_from_message(message)
-    assert (sample.extruding, sample.plunger_velocity, sample.flow_rate) == (True, 1e-4, 5e-8)
-
-
-def test_an_extruder_state_is_read() -> None:
-    message = ExtrusionState(extruding=True, plunger_velocity=2e-4, flow_rate=NAN)
-    message.header.stamp = ns_to_stamp(STAMP)
-    sample = extruder_from_message(message)
-    assert (sample.stamp_ns, sample.extruding, sample.plunger_velocity) == (STAMP, True, 2e-4)
-    assert np.isnan(sample.flow_rate)
-
-
-# Paths
-
-PATH = replace(
-    path_through(np.random.default_rng(0).normal(size=(7, 3)).cumsum(axis=0), start_ns=STAMP,
-                 extruding=[True, False] * 3 + [True], finished=False),
-    flow_rate=np.array((1.0, NAN, 3, 4, 5, 6, 7)), plunger_velocity=np.arange(7.0))
-
-
-@pytest.mark.parametrize('path', [PATH, PATH.until(0), replace(PATH, finished=True)],
-                         ids=['growing', 'empty', 'finished'])
-def test_a_path_survives_there_and_back(path: Any) -> None:
-    message = path_to_message(path, 'base')
-    assert message.header.frame_id == 'base'
-    assert_same(path_from_message(message), path)
-
-
-def test_a_path_message_has_its_points_by_axis() -> None:
-    message = path_to_message(PATH, 'base')
-    assert [message.x[2], message.y[2], message.z[2]] == PATH.points[2].tolist()
-    assert list(message.extruding) == [True, False] * 3 + [True]
-
-
-@pytest.mark.parametrize('name', ['time', 'arc_length', 'x', 'y', 'z', 'plunger_velocity',
-                                  'flow_rate', 'extruding'])
-def test_a_path_with_arrays_of_different_lengths_is_refused(name: str) -> None:
-    message = path_to_message(PATH, 'base')
-    setattr(message, name, getattr(message, name)[:-1])
-    with pytest.raises(ConversionError,
-                       match=rf"^deposition_path: expected arrays of one length.*'{name}': 6"):
-        path_from_message(message)
-
-
-@pytest.mark.parametrize(('name', 'value'), [
-    ('x', NAN), ('z', np.inf), ('time', NAN), ('time', 0.0), ('arc_length', NAN),
-    ('arc_length', -1.0)])
-def test_a_path_of_impossible_points_is_refused(name: str, value: float) -> None:
-    message = path_to_message(PATH, 'base')
-    getattr(message, name)[3] = value
-    with refused:
-        path_from_message(message)
-
-
-def test_a_path_for_viewers_has_places_and_times() -> None:
-    message = path_to_nav(PATH, 'base')
-    assert message.header.frame_id == 'base'
-    assert len(message.poses) == 7
-    position = message.poses[4].pose.position
-    assert [position.x, position.y, position.z] == PATH.points[4].tolist()
-    assert stamp_to_ns(message.poses[4].header.stamp) == pytest.approx(
-        STAMP + PATH.time[4] * 1e9, abs=1)
-
-
-# Profiles
-
-PROFILE = replace(
-    profile_of([1e-3, 0, NAN, 3e-3, NAN, NAN], [Status.MEASURED, Status.GAP, Status.NO_DATA,
-                                               Status.MEASURED, Status.OCCLUDED,
-                                               Status.LOW_CONFIDENCE],
-               extruding=[True, False, True, True, False, True]),
-    left=np.arange(6.0), right=-np.arange(6.0), sigma=np.arange(6.0) / 7,
-    points=np.arange(18.0).reshape(6, 3), left_points=np.arange(18.0).reshape(6, 3) + 100,
-    right_points=np.arange(18.0).reshape(6, 3) + 200)
-
-
-def test_a_profile_survives_there_and_back() -> None:
-    message = profile_to_message(PROFILE, 'base')
-    assert message.header.frame_id == 'base'
-    assert_same(profile_from_message(message), PROFILE)
-
-
-def test_an_empty_profile_survives_there_and_back() -> None:
-    profile = profile_of([])
-    message = profile_to_message(profile, 'base')
-    assert np.isnan(message.coverage)
-    found = profile_from_message(message)
-    assert len(found) == 0
-    assert found.points.shape == (0, 3)
-
-
-def test_a_profile_message_carries_the_summary() -> None:
-    message = profile_to_message(PROFILE, 'base')
-    assert message.thickness_mean == pytest.approx(2e-3)
-    assert message.thickness_std == pytest.approx(1e-3)
-    assert message.thickness_q1 == pytest.approx(1.5e-3)
-    assert message.thickness_median == pytest.approx(2e-3)
-    assert message.thickness_q3 == pytest.approx(2.5e-3)
-    assert message.coverage == 0.5
-    assert message.gap_count == 1
-    assert message.gap_length == pytest.approx(1e-3)
-    assert message.processing_time == 0.25
-
-
-ARRAYS = [name for name, kind in ThicknessProfileMsg.get_fields_and_field_types().items()
-          if kind.startswith('sequence')]
-
-
-@pytest.mark.parametrize('name', ARRAYS)
-def test_a_profile_with_arrays_of_different_lengths_is_refused(name: str) -> None:
-    message = profile_to_message(PROFILE, 'base')
-    setattr(message, name, getattr(message, name)[:-1])
-    with pytest.raises(ConversionError, match=rf"expected arrays .*'{name}': 5"):
-        profile_from_message(message)
-
-
-@pytest.mark.parametrize(('name', 'value'), [
-    ('status', max(Status) + 1), ('status', 255), ('thickness', math.nan), ('thickness', math.inf),
-    ('thickness', 0.0), ('thickness', -1e-3)])
-def test_a_profile_of_impossible_samples_is_refused(name: str, value: float) -> None:
-    message = profile_to_message(PROFILE, 'base')
-    assert message.status[0] == Status.MEASURED
-    getattr(message, name)[0] = value
-    with pytest.raises(ConversionError, match=rf'expected .*{name}.* found {value}'):
-        profile_from_message(message)
-
-
-@pytest.mark.parametrize('status', list(Status))
-def test_status_numbers_are_those_of_the_message(status: Status) -> None:
-    assert getattr(ThicknessProfileMsg, status.name) == status
-
-
-# Advice
-
-ADVICE = RateAdvice(
-    stamp_ns=STAMP, print_id='print', valid=True, reason=Reason.LIMITED, target_thickness=2e-3,
-    measured_thickness=1e-3, window=(0.01, 0.03), sample_count=17, flow_rate_scale=2.0,
-    speed_scale=0.5, confidence=0.75, measurement_age=1.5, valid_until_ns=STAMP + 5,
-    reference_time=0.25, expected_thickness=1.1e-3, delivery=0.9, delivery_sigma=0.1, lag=2.0,
-    lag_sigma=0.5, flow_rate=1e-9, plunger_velocity=1e-5, speed=3e-3)
-
-
-def test_advice_survives_there_and_back() -> None:
-    assert_same(advice_from_message(advice_to_message(ADVICE)), ADVICE)
-
-
-def test_an_unknown_reason_is_refused() -> None:
-    message = advice_to_message(ADVICE)
-    message.reason = 99
-    with refused:
-        advice_from_message(message)
-
-
-@pytest.mark.parametrize('reason', list(Reason))
-def test_reasons_are_those_of_the_message(reason: Reason) -> None:
-    assert getattr(RateAdviceMsg, reason.name) == reason
 
 
 def test_a_capture_of_a_real_size_is_read_quickly_because_it_is_not_copied() -> None:

@@ -1,0 +1,82 @@
+"""Profiles from and to messages, field by field, and what must not get through."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+import math
+
+from message_builders import assert_same, NAN
+import numpy as np
+from perception_builders import profile_of
+import pytest
+
+from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
+from bpc_perception.core.profile import Status
+from bpc_perception.messages.profile import profile_from_message, profile_to_message
+from bpc_perception.messages.stamps import ConversionError
+
+pytestmark = pytest.mark.ros
+PROFILE = replace(
+    profile_of([1e-3, 0, NAN, 3e-3, NAN, NAN], [Status.MEASURED, Status.GAP, Status.NO_DATA,
+                                               Status.MEASURED, Status.OCCLUDED,
+                                               Status.LOW_CONFIDENCE],
+               extruding=[True, False, True, True, False, True]),
+    left=np.arange(6.0), right=-np.arange(6.0), sigma=np.arange(6.0) / 7,
+    points=np.arange(18.0).reshape(6, 3), left_points=np.arange(18.0).reshape(6, 3) + 100,
+    right_points=np.arange(18.0).reshape(6, 3) + 200)
+
+
+def test_a_profile_survives_there_and_back() -> None:
+    message = profile_to_message(PROFILE, 'base')
+    assert message.header.frame_id == 'base'
+    assert_same(profile_from_message(message), PROFILE)
+
+
+def test_an_empty_profile_survives_there_and_back() -> None:
+    profile = profile_of([])
+    message = profile_to_message(profile, 'base')
+    assert np.isnan(message.coverage)
+    found = profile_from_message(message)
+    assert len(found) == 0
+    assert found.points.shape == (0, 3)
+
+
+def test_a_profile_message_carries_the_summary() -> None:
+    message = profile_to_message(PROFILE, 'base')
+    assert message.thickness_mean == pytest.approx(2e-3)
+    assert message.thickness_std == pytest.approx(1e-3)
+    assert message.thickness_q1 == pytest.approx(1.5e-3)
+    assert message.thickness_median == pytest.approx(2e-3)
+    assert message.thickness_q3 == pytest.approx(2.5e-3)
+    assert message.coverage == 0.5
+    assert message.gap_count == 1
+    assert message.gap_length == pytest.approx(1e-3)
+    assert message.processing_time == 0.25
+
+
+ARRAYS = [name for name, kind in ThicknessProfileMsg.get_fields_and_field_types().items()
+          if kind.startswith('sequence')]
+
+
+@pytest.mark.parametrize('name', ARRAYS)
+def test_a_profile_with_arrays_of_different_lengths_is_refused(name: str) -> None:
+    message = profile_to_message(PROFILE, 'base')
+    setattr(message, name, getattr(message, name)[:-1])
+    with pytest.raises(ConversionError, match=rf"expected arrays .*'{name}': 5"):
+        profile_from_message(message)
+
+
+@pytest.mark.parametrize(('name', 'value'), [
+    ('status', max(Status) + 1), ('status', 255), ('thickness', math.nan), ('thickness', math.inf),
+    ('thickness', 0.0), ('thickness', -1e-3)])
+def test_a_profile_of_impossible_samples_is_refused(name: str, value: float) -> None:
+    message = profile_to_message(PROFILE, 'base')
+    assert message.status[0] == Status.MEASURED
+    getattr(message, name)[0] = value
+    with pytest.raises(ConversionError, match=rf'expected .*{name}.* found {value}'):
+        profile_from_message(message)
+
+
+@pytest.mark.parametrize('status', list(Status))
+def test_status_numbers_are_those_of_the_message(status: Status) -> None:
+    assert getattr(ThicknessProfileMsg, status.name) == status

@@ -1,0 +1,165 @@
+"""Nodes as processes: how they start, fail and end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+import pytest
+
+pytest.importorskip('rclpy')
+from rclpy.node import Node
+
+from bpc_perception.messages import topics
+
+pytestmark = pytest.mark.ros
+
+
+def test_a_node_that_cannot_start_says_why_in_one_line_and_exits_with_2() -> None:
+    ended = subprocess.run(
+        [sys.executable, '-m', 'bpc_perception.nodes.thickness', '--ros-args', '-p',
+         'hand_eye_file:=/nowhere/camera.calib'],
+        capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 2
+    line, = ended.stderr.splitlines()
+    assert '/nowhere/camera.calib: expected a readable YAML file, found' in line
+
+
+@pytest.mark.parametrize('numbers', [
+    [signal.SIGTERM],
+    [signal.SIGHUP],
+    [signal.SIGINT, signal.SIGINT],  # of the terminal and of ros2 launch
+    # Of the kernel, one for each thread of a parent that was killed; and of the impatient.
+    [signal.SIGTERM] * 1000,
+    [signal.SIGINT] * 1000,
+], ids=['SIGTERM', 'SIGHUP', 'SIGINT', 'many SIGTERM', 'many SIGINT'])
+def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, numbers: list[signal.Signals],
+                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    peer = graph.make(Node, 'peer')
+    with subprocess.Popen([sys.executable, '-m', 'bpc_perception.nodes.path_recorder'],
+                          stderr=subprocess.PIPE, text=True) as process:
+        try:
+            graph.spin_until(lambda: 'path_recorder' in peer.get_node_names(), 30)
+            for number in numbers:
+                process.send_signal(number)
+                time.sleep(0.005)  # or else two of a kind are one
+                if process.poll() is not None:
+                    break
+            _, errors = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert process.returncode == 0
+    assert 'Traceback' not in errors
+    # It took its leave: of who does not, the graph keeps the publishers for another 20 s.
+    graph.spin_until(lambda: peer.count_publishers(topics.PATH) == 0, 10)
+
+
+FAILING = """
+from bpc_perception.runtime.run import run
+from rclpy.node import Node
+
+class Failing(Node):
+    def __init__(self):
+        super().__init__('failing')
+        self.create_timer(0.1, self.fail)
+
+    def fail(self):
+        raise RuntimeError('the node has failed')
+
+"""
+
+
+@pytest.mark.parametrize('made', ['Failing()', "(Failing(), Node('good'))",
+                                  "(Node('good'), Failing())"])
+def test_a_node_that_fails_says_so_and_takes_its_process_with_it(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch, made: str) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    ended = subprocess.run([sys.executable, '-c', f'{FAILING}run(lambda: {made})'],
+                           capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 1
+    assert 'RuntimeError: the node has failed' in ended.stderr
+
+
+HANGS = """
+import ctypes
+from bpc_perception.runtime.run import run
+from rclpy.node import Node
+
+class Hangs(Node):
+    def __init__(self):
+        super().__init__('hangs')
+        print('made', flush=True)
+
+    def destroy_node(self):
+        ctypes.PyDLL(None).sleep(60)  # with the interpreter's lock
+
+run(Hangs)
+"""
+
+
+def test_a_child_whose_end_hangs_in_cpp_ends_all_the_same(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    monkeypatch.setenv('BPC_PARENT', str(os.getpid()))
+    with subprocess.Popen([sys.executable, '-c', HANGS], stdout=subprocess.PIPE,
+                          text=True) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == 'made\n'
+            process.terminate()
+            process.wait(30)
+        finally:
+            process.kill()
+    assert process.returncode == -signal.SIGALRM
+
+
+TOLD = """
+import os, signal, sys, time
+from bpc_perception.runtime.run import run
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import Empty
+
+# As the command line does, in whose process a node may run.
+signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+class Told(Node):
+    def __init__(self):
+        super().__init__('told')
+        if sys.argv[2] == 'half':
+            os.kill(os.getpid(), int(sys.argv[1]))
+            time.sleep(0.3)
+        self.create_publisher(Empty, 'topic', 1)
+        print('made', flush=True)
+        if sys.argv[2] == 'made':
+            os.kill(os.getpid(), int(sys.argv[1]))
+
+    def destroy_node(self):
+        print('completed', flush=True)
+        super().destroy_node()
+
+def init(before=rclpy.init, **given):
+    if sys.argv[2] == 'early':
+        os.kill(os.getpid(), int(sys.argv[1]))
+    before(**given)
+
+rclpy.init = init
+run(Told)
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(('moment', 'words'), [
+    ('early', ''), ('half', 'made\ncompleted\n'), ('made', 'made\ncompleted\n')])
+def test_told_to_end_while_it_starts_a_node_leaves_nothing_half_made(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, moment: str,
+        words: str) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    ended = subprocess.run([sys.executable, '-c', TOLD, str(int(number)), moment],
+                           capture_output=True, text=True, timeout=60, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, words, '')
