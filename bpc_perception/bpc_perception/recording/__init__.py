@@ -1,1 +1,1 @@
-"""Recordings: written, read whole or torn, and measured without a graph."""
+"""Write recordings, read them whole or torn, and measure them without a graph."""

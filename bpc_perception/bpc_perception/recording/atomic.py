@@ -1,4 +1,4 @@
-"""Recordings put in place whole or not at all, and nowhere but where they belong."""
+"""Put a recording in its place whole or not at all, and only where it belongs."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from bpc_perception.recording.bag_writer import BagWriter
 
 @contextmanager
 def atomic_bag(target: str | Path) -> Iterator[BagWriter]:
-    """A writer whose bag appears at its place once it is complete, and never otherwise.
+    """Yield a writer whose bag appears at ``target`` only once it is complete.
 
-    Raises BagError where there is something already, OSError where it cannot be written.
+    Raises BagError when something is there already, OSError when it cannot be written.
     """
     target = Path(target)
     if target.exists():
@@ -29,7 +29,7 @@ def atomic_bag(target: str | Path) -> Iterator[BagWriter]:
 
 
 def inside(folder: str | Path, name: str) -> Path:
-    """The path of a name in a folder. Raises ValueError where the name leads anywhere else."""
+    """Return the path of a name in a folder. Raises ValueError when the name leads elsewhere."""
     if name in ('', '.', '..') or '/' in name or '\0' in name:
         raise ValueError(f'{folder}: expected the name of a file in it, found {name!r}')
     return Path(folder) / name

@@ -1,4 +1,4 @@
-"""Recordings written so that nothing is lost: a rosbag2 folder with one MCAP file."""
+"""Write recordings so that nothing is lost: a rosbag2 folder with one MCAP file."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ import yaml
 from bpc_perception.messages.types import message_definition
 from bpc_perception.recording.bag import BagError
 
-# Small chunks bound what a killed recorder loses; a larger message gets a chunk of its own.
-CHUNK_SIZE = 64 * 1024
+# A killed recorder loses one chunk, so chunks are small. A larger message gets its own chunk.
+CHUNK_SIZE_BYTES = 64 * 1024
 
 
 class BagWriter:
     """A new rosbag2 folder with one MCAP file; a context manager.
 
-    Readable up to the last ``flush`` even if it is never closed. A message larger than a chunk
-    is flushed at once, with all before it.
+    The file is readable up to the last ``flush`` even if it is never closed. A message larger
+    than a chunk is flushed at once, with all messages before it.
 
-    After an OSError of ``write`` or ``flush``, such as that of a full disk, the file ends torn:
-    what comes behind half a record would be lost to every reader, so nothing is written any more.
+    After an OSError of ``write`` or ``flush``, for instance on a full disk, the file ends torn. No
+    reader could read anything behind half a record, so nothing more is written.
     """
 
     def __init__(self, path: str | Path, compress: bool = False) -> None:
@@ -39,7 +39,7 @@ class BagWriter:
         self._file = self.path / f'{self.path.name}_0.mcap'
         compression = CompressionType.ZSTD if compress else CompressionType.NONE
         self._stream = self._file.open('wb')
-        self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=compression)
+        self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE_BYTES, compression=compression)
         self._torn = False
         with self._writing():
             self._writer.start(Profile.ROS2, library='bpc')
@@ -53,7 +53,7 @@ class BagWriter:
     def add_topic(self, topic: str, type_name: str, definition: bytes = b'') -> None:
         """Announce a topic of a type such as ``sensor_msgs/msg/Image``.
 
-        The definition is that of the installed type, unless it is given.
+        Without ``definition`` the definition of the installed type is written.
         """
         if type_name not in self._schemas:
             self._schemas[type_name] = self._writer.register_schema(
@@ -66,11 +66,11 @@ class BagWriter:
         self._counts[topic] = 0
 
     def write(self, topic: str, log_ns: int, message: Any) -> None:
-        """Append a message, or one that is serialized already, recorded at this time [ns]."""
+        """Append a message, which may be serialized already, recorded at ``log_ns`` [ns]."""
         data = message if isinstance(message, bytes) else serialize_message(message)
-        large = len(data) > CHUNK_SIZE
+        large = len(data) > CHUNK_SIZE_BYTES
         with self._writing():
-            if large:  # or else what waits would be lost with it if it is torn
+            if large:  # if writing it fails, the messages before it are on disk already
                 self._writer.flush()
             self._writer.add_message(self._channels[topic], log_time=log_ns, publish_time=log_ns,
                                      data=data, sequence=self._counts[topic])
@@ -82,18 +82,18 @@ class BagWriter:
 
     @property
     def written(self) -> tuple[dict[str, int], int]:
-        """Messages written by topic, and the size of the file [bytes], wherever it is by now."""
+        """Messages written by topic, and the size of the file [bytes], even if it was moved."""
         return dict(self._counts), os.fstat(self._stream.fileno()).st_size
 
     @property
     def in_place(self) -> bool:
-        """Whether what is written is found by the name under which it was begun."""
+        """Whether the file is still found under the name under which it was begun."""
         with suppress(OSError):
             return os.path.samestat(self._file.stat(), os.fstat(self._stream.fileno()))
         return False
 
     def flush(self) -> None:
-        """Hand everything written so far to the operating system, readable as it is."""
+        """Hand everything written so far to the operating system; all of it is readable then."""
         with self._writing():
             self._writer.flush()
 

@@ -1,4 +1,4 @@
-"""What a print's recording holds: captures, poses, extruder states."""
+"""Find captures, poses and extruder states in the recording of a print."""
 
 from __future__ import annotations
 
@@ -23,24 +23,23 @@ from bpc_perception.recording.bag import Bag, BagError
 
 logger = logging.getLogger(__name__)
 
-# Of what is of such a type there is one thing only.
-PLAIN_TYPES = {LBR_STATE_TYPE, *map(topics.type_name, (ExtrusionState, DepositionPath))}
+# These types tell by themselves what a topic is about, whatever its name.
+UNIQUE_TYPES = {LBR_STATE_TYPE, *map(topics.type_name, (ExtrusionState, DepositionPath))}
 
 
 def topics_named(bag: Bag, name: str, message_class: Any) -> list[str]:
-    """The recorded topics of this relative name and type, whatever their namespace.
+    """Return the recorded topics of this relative name and type, in any namespace.
 
-    A type that says by itself what it is about is enough where the name is another one, as that
-    of the LBR stack is.
+    When no topic has the name, a type of UNIQUE_TYPES is enough: the LBR stack uses another name.
     """
     kind = topics.type_name(message_class)
     of_kind = [topic for topic, recorded in bag.topics.items() if recorded == kind]
     named = [topic for topic in of_kind if f'/{topic.lstrip("/")}'.endswith(f'/{name}')]
-    return named or (of_kind if kind in PLAIN_TYPES else [])
+    return named or (of_kind if kind in UNIQUE_TYPES else [])
 
 
 def find_topic(bag: Bag, name: str, message_class: Any) -> str:
-    """The recorded topic of this relative name and type; see topics_named.
+    """Return the recorded topic of this relative name and type; see topics_named.
 
     Raises BagError when there is none or more than one.
     """
@@ -53,19 +52,22 @@ def find_topic(bag: Bag, name: str, message_class: Any) -> str:
 
 
 def is_recorded(bag: Bag, name: str, message_class: Any) -> bool:
-    """Whether there is such a topic, and messages of it as far as the recording says so."""
+    """Return whether there is such a topic, and it is not stated to be empty."""
     return any(bag.count(topic) != 0 for topic in topics_named(bag, name, message_class))
 
 
 def find_topics(bag: Bag, wanted: dict[str, Any]) -> dict[str, str]:
-    """The recorded topic of each relative name: recorded name to relative name."""
+    """Return the recorded topic of each relative name, as recorded name to relative name.
+
+    Raises BagError when one is missing or found more than once.
+    """
     return {find_topic(bag, name, kind): name for name, kind in wanted.items()}
 
 
 def pose_topics(bag: Bag) -> dict[str, Any]:
-    """Relative names and types of all that a recording has of the robot's poses.
+    """Return the relative names and types of all topics with poses of the robot.
 
-    Raises BagError where that is but a type that is not installed.
+    Raises MessageTypeError when the only such topic has a type that is not installed.
     """
     sources = (*topics.ROBOT.items(), (topics.POSE, Pose))
     found = {name: kind for name, kind in sources if is_recorded(bag, name, kind)}
@@ -79,10 +81,10 @@ def pose_topics(bag: Bag) -> dict[str, Any]:
 
 
 def flange_poses(bag: Bag, config: PoseConfig, base_frame: str) -> tuple[NDArray[np.int64], Array]:
-    """Stamps (N,) [ns] and T_base_flange (N, 4, 4) of a recording, in order of the stamps.
+    """Return stamps (N,) [ns] and T_base_flange (N, 4, 4) [m], in the order of the stamps.
 
-    Messages that are no poses are logged. Raises BagError when the source was not recorded, or
-    has no pose.
+    Messages that are no poses are logged. Raises BagError when the source was not recorded or has
+    no pose.
     """
     source = FlangePoses(config, base_frame)
     topic = find_topic(bag, source.topic, source.message_class)
@@ -101,7 +103,7 @@ def flange_poses(bag: Bag, config: PoseConfig, base_frame: str) -> tuple[NDArray
 
 
 def captures(bag: Bag) -> Iterator[tuple[int, Capture]]:
-    """Yield (time of recording [ns], capture) for each complete capture; others are logged."""
+    """Yield (time of recording [ns], capture) for each complete capture; log the others."""
     names = find_topics(bag, topics.CAMERA)
     pairer = CapturePairer()
     for topic, log_ns, message in bag.messages(set(names)):
@@ -117,5 +119,5 @@ def captures(bag: Bag) -> Iterator[tuple[int, Capture]]:
 
 
 def capture_count(bag: Bag) -> int | None:
-    """How many captures a recording has, complete or not; None where it does not say."""
+    """Return the number of captures, complete or not; None when it is not stated."""
     return bag.count(find_topic(bag, topics.IMAGE, topics.CAMERA[topics.IMAGE]))

@@ -1,4 +1,4 @@
-"""What the commands that work on a recording take, checked before anything is started."""
+"""Load a recording with its calibration and settings, before a command starts anything."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.bag import Bag
 
-# Files of these names beside a recording belong to it.
+# Files of these names in the folder of a recording belong to it.
 HAND_EYE, PARAMETERS = 'hand_eye.calib', 'params.yaml'
 
 
@@ -29,7 +29,7 @@ class Inputs:
 
     @property
     def targets(self) -> WidthTargets | None:
-        """The thickness wanted along the path; None = none."""
+        """The target thickness along the path; None = no target."""
         advice = self.thickness.advice
         if advice.target_file:
             return WidthTargets.read(advice.target_file)
@@ -37,19 +37,20 @@ class Inputs:
 
 
 def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
-    """Open a recording; its calibration and parameters lie beside it unless named.
+    """Open a recording; without files given, take those in the folder of the recording.
 
-    Raises ValueError for whatever is missing or unfit.
+    Raises ValueError when something is missing or unfit.
     """
     opened = Bag(bag)
     folder = bag if bag.is_dir() else bag.parent
     hand_eye = hand_eye or folder / HAND_EYE
-    if not hand_eye.exists():
+    if not hand_eye.exists() and hand_eye.parent == folder:
         raise ValueError(f'hand-eye calibration: expected --handeye FILE or {folder / HAND_EYE}, '
-                         'found neither' if hand_eye.parent == folder else
-                         f'hand-eye calibration: expected {hand_eye}, found nothing there')
-    beside = folder / PARAMETERS
-    parameters = parameters or (beside if beside.exists() else None)
+                         'found neither')
+    if not hand_eye.exists():
+        raise ValueError(f'hand-eye calibration: expected {hand_eye}, found nothing there')
+    if parameters is None and (folder / PARAMETERS).exists():
+        parameters = folder / PARAMETERS
     return Inputs(opened, hand_eye, load_hand_eye(hand_eye), parameters,
                   configure(ThicknessConfig(), 'thickness', parameters),
                   configure(RecorderConfig(), 'path_recorder', parameters))

@@ -1,12 +1,13 @@
-"""MCAP files that may be torn, damaged or made to harm: what is whole in them, and no more memory.
+"""Read what is whole in MCAP files that may be torn, damaged or made to harm.
 
-A length in a damaged file may be anything. What the ``mcap`` package is asked to read is
-therefore bounded by the size of the file, and a chunk that is to be unpacked by ``LARGEST_CHUNK``.
+A length in a damaged file may be anything. So that it does not take all memory, the ``mcap``
+package can read no more than the size of the file, and no chunk is unpacked that states more than
+``LARGEST_CHUNK_BYTES``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 import logging
 import os
@@ -20,16 +21,21 @@ from mcap.stream_reader import breakup_chunk, StreamReader
 import zstandard
 
 logger = logging.getLogger(__name__)
-LARGEST_CHUNK = 1 << 30  # unpacked, fifteen captures of the largest camera [bytes]
+LARGEST_CHUNK_BYTES = 1 << 30  # unpacked; fifteen captures of the largest camera
+# By the name of the compression: packed data and the most bytes to unpack, to unpacked data.
+DECOMPRESSORS: dict[str, Callable[[bytes, int], bytes]] = {
+    '': lambda data, _: data,
+    'lz4': lambda data, most: lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most),
+    'zstd': lambda data, most: zstandard.ZstdDecompressor().stream_reader(data).read(most)}
 
 
 class RawMessage(NamedTuple):
     """A message as it lies in the file.
 
     Attributes:
-        topic: where it was heard.
+        topic: the recorded topic.
         type_name: such as ``sensor_msgs/msg/Image``.
-        definition: the text of its type.
+        definition: the text of its type; empty when the storage has none.
         log_ns: time of recording [ns].
         data: the serialized message.
     """
@@ -42,39 +48,39 @@ class RawMessage(NamedTuple):
 
 
 class BoundedFile:
-    """A file that refuses to read more than it has, instead of making room for it first."""
+    """A file that refuses to read more than it has, before memory is taken for it."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self._size = os.fstat(stream.fileno()).st_size
 
     def read(self, length: int = -1) -> bytes:
-        """So many bytes, all of them. Raises EOFError."""
+        """Read exactly ``length`` bytes. Raises EOFError."""
         left = self._size - self._stream.tell()
         if length > left:
             raise EOFError(f'expected {length} bytes, found {left}')
         return self._stream.read(length)
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go there."""
+        """Set the position."""
         return self._stream.seek(offset, whence)
 
     def tell(self) -> int:
-        """Where it is."""
+        """Return the position."""
         return self._stream.tell()
 
     def seekable(self) -> bool:
-        """Whether it can go anywhere."""
+        """Return that the position can be set."""
         return True
 
 
 def bounded(stream: BinaryIO) -> Any:
-    """The file, bounded, for the package: it asks for an IO[bytes] and uses no more than this."""
+    """Wrap a file for the package, which asks for an IO[bytes] but uses no more than this."""
     return BoundedFile(stream)
 
 
 def summary(file: Path) -> Summary | None:
-    """What the end of a file says of its content; None where it is torn."""
+    """Return the summary at the end of a file; None when the file is torn."""
     try:
         with file.open('rb') as stream:
             return make_reader(bounded(stream)).get_summary()
@@ -83,15 +89,16 @@ def summary(file: Path) -> Summary | None:
 
 
 def metadata(file: Path, name: str) -> dict[str, str]:
-    """What the first metadata record of this name says; nothing where there is none."""
+    """Return the first metadata record of this name; empty when there is none."""
     return next((record.metadata for record in _records(file)
                  if isinstance(record, Metadata) and record.name == name), {})
 
 
 def messages(file: Path) -> Iterator[RawMessage]:
-    """All messages that are whole, in the order of the file, which is that of recording.
+    """Yield all whole messages in the order of the file, which is the order of recording.
 
-    A damaged chunk is left out, and all behind it if its end cannot be found. Either is logged.
+    A damaged chunk is left out, and everything behind it if its end cannot be found. Both are
+    logged.
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -103,15 +110,15 @@ def messages(file: Path) -> Iterator[RawMessage]:
         elif isinstance(record, Message):
             channel = channels.get(record.channel_id)
             schema = schemas.get(channel.schema_id) if channel else None
-            if channel and schema:  # or else they were in a damaged chunk
+            if channel and schema:  # otherwise they were in a damaged chunk
                 yield RawMessage(channel.topic, schema.name, schema.data, record.log_time,
                                  record.data)
 
 
 def _records(file: Path) -> Iterator[McapRecord]:
-    """All records; those in a chunk in its place."""
+    """Yield all records, with those of a chunk in place of the chunk."""
     # On damaged bytes the package lets through what its parts raise: struct.error, MemoryError,
-    # UnicodeDecodeError, KeyError, the decompressors' own and more.
+    # UnicodeDecodeError, KeyError, the errors of the decompressors and more.
     with file.open('rb') as stream:
         reader = StreamReader(bounded(stream), emit_chunks=True, record_size_limit=None)
         try:
@@ -125,22 +132,23 @@ def _records(file: Path) -> Iterator[McapRecord]:
 
 
 def _unpacked(file: Path, chunk: Chunk) -> list[McapRecord]:
-    """The records of a chunk; none if it is damaged."""
+    """Return the records of a chunk; none if it is damaged."""
     try:
-        if chunk.uncompressed_size > LARGEST_CHUNK:
-            raise ValueError(f'expected at most {LARGEST_CHUNK} bytes, '
-                             f'found {chunk.uncompressed_size}')
-        data, size = chunk.data, chunk.uncompressed_size
-        # One byte more than there should be tells that there is more.
-        if chunk.compression == 'lz4':
-            data = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
-        elif chunk.compression == 'zstd':
-            data = zstandard.ZstdDecompressor().stream_reader(data).read(size + 1)
-        elif chunk.compression:
-            raise ValueError(f'expected lz4 or zstd, found {chunk.compression!r}')
-        if len(data) != size:
-            raise ValueError(f'expected {size} bytes, found others')
+        data = _decompressed(chunk)
         return breakup_chunk(replace(chunk, compression='', data=data), validate_crc=True)
     except Exception as error:
         logger.warning('%s: left out a damaged chunk (%s)', file, type(error).__name__)
         return []
+
+
+def _decompressed(chunk: Chunk) -> bytes:
+    size = chunk.uncompressed_size
+    if size > LARGEST_CHUNK_BYTES:
+        raise ValueError(f'expected at most {LARGEST_CHUNK_BYTES} bytes, found {size}')
+    if chunk.compression not in DECOMPRESSORS:
+        raise ValueError(f'expected lz4 or zstd, found {chunk.compression!r}')
+    # One byte more than stated, if it can be read, tells that there is more.
+    data = DECOMPRESSORS[chunk.compression](chunk.data, size + 1)
+    if len(data) != size:
+        raise ValueError(f'expected {size} bytes, found others')
+    return data

@@ -1,10 +1,11 @@
-"""A recorded print measured without a graph: the same core in the same order as the nodes."""
+"""Measure a recorded print without a graph: the same core in the same order as the nodes."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
-from itertools import islice
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import chain, islice
 import logging
 from typing import Any
 
@@ -21,93 +22,157 @@ from bpc_perception.messages.extruder import extruder_from_message
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import path_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
-from bpc_perception.recording.bag import Bag, BagError
-from bpc_perception.recording.contents import find_topic, find_topics, is_recorded
+from bpc_perception.recording.bag import Bag, BagError, BagMessage
+from bpc_perception.recording.contents import find_topics, is_recorded
 
 logger = logging.getLogger(__name__)
 
-# More than live: a recorder's simulated time may come late to it, or its clock be somewhat slow.
+# More than live: a recorder may get simulated time late, or its clock may be somewhat slow.
 MAXIMUM_LEAD_NS = 10**9
-FIRST, RECENT = 15, 101  # messages, of which the first are read ahead; they may be five captures
+# Most of the first or of the latest messages tell whether stamps and recording share a clock. The
+# first are read ahead, up to five captures, and must stay few.
+FIRST_COUNT, RECENT_COUNT = 15, 101
 
 
 def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
                 recorder: RecorderConfig) -> Iterator[Result]:
-    """Yield what comes of each complete capture of a recording, in order.
+    """Measure each complete capture of a recording, and yield the results in order.
 
-    The path is assembled from the recorded poses and extruder states; a recording that has no
-    poses but the assembled path is measured along that.
+    The path is assembled from the recorded poses and extruder states. A recording that has no
+    poses but the assembled path is measured along that path.
 
     A capture waits for its part of the path no longer than live, by the time of recording.
 
-    Raises BagError when a topic that is needed is missing or empty.
+    Raises BagError when a needed topic is missing or empty.
     """
-    names = find_topics(bag, topics.CAMERA)
-    poses = FlangePoses(recorder.pose, recorder.base_frame)
-    assembled = not is_recorded(bag, poses.topic, poses.message_class) and is_recorded(
-        bag, topics.PATH, topics.RESULTS[topics.PATH])
-    if assembled:
-        names[find_topic(bag, topics.PATH, topics.RESULTS[topics.PATH])] = topics.PATH
-    else:
-        names |= find_topics(bag, {poses.topic: poses.message_class,
-                                   topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]})
-    silent = [topic for topic, name in names.items()
-              if name not in topics.CAMERA and bag.count(topic) == 0]
-    if silent:
-        raise BagError(f'{bag.path}: expected messages on {" and ".join(silent)}, found none')
-    tip = np.array(recorder.nozzle_offset)
-    tracker, pairer, session = PrintTracker(recorder.path), CapturePairer(), Session(
-        config, hand_eye)
-    # Of time that jumps, as where the recorder's clock is set, only so much counts at once: no
-    # capture's patience ends at a stroke.
-    longest_ns = round(config.patience * 0.5e9)
-    last_ns = now_ns = 0
-    late: set[str] = set()  # of which that has been said
-    for topic, log_ns, message in _of_the_past(bag.messages(set(names))):
-        name = names[topic]
-        now_ns += max(-longest_ns, min(log_ns - last_ns, longest_ns))
-        last_ns = log_ns
-        taken = True
+    measurement = _OfflineMeasurement(bag, hand_eye, config, recorder)
+    for topic, log_ns, message in _without_future(bag.messages(measurement.topics)):
+        yield from measurement.take(topic, log_ns, message)
+    yield from measurement.finish()
+
+
+class _OfflineMeasurement:
+    """Hands each recorded message to the path tracker and the session, as the nodes do live.
+
+    Attributes:
+        topics: the recorded topics to read.
+    """
+
+    def __init__(self, bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
+                 recorder: RecorderConfig) -> None:
+        cameras = find_topics(bag, topics.CAMERA)
+        self._poses = FlangePoses(recorder.pose, recorder.base_frame)
+        path_sources = _find_path_sources(bag, self._poses)
+        self._assembled = topics.PATH in path_sources.values()  # the recording has the path
+        self._names = cameras | path_sources
+        self.topics = set(self._names)
+        self._tip = np.array(recorder.nozzle_offset)
+        self._tracker = PrintTracker(recorder.path)
+        self._pairer = CapturePairer()
+        self._session = Session(config, hand_eye)
+        # When the recorder's clock is set, time jumps. A jump counts for half the patience at
+        # most, so that no capture runs out of patience at once.
+        self._longest_step_ns = round(config.patience * 0.5e9)
+        self._last_log_ns = self._now_ns = 0
+        self._warned: set[str] = set()  # relative names of topics with messages not taken
+        self._handlers: dict[str, Callable[[Any, int], bool]] = {
+            self._poses.topic: self._take_pose,
+            topics.EXTRUSION: self._take_extruder_state,
+            topics.PATH: self._take_path,
+            **{name: partial(self._take_camera_message, name) for name in topics.CAMERA}}
+
+    def take(self, topic: str, log_ns: int, message: Any) -> Iterator[Result]:
+        """Take a message recorded at ``log_ns``; yield the results it makes possible."""
+        self._advance_clock(log_ns)
+        name = self._names[topic]
         try:
-            if name == poses.topic:
-                stamp_ns, pose = poses.read(message, log_ns)
-                taken = session.add_flange_pose(stamp_ns, pose)
-                taken = tracker.add_pose(stamp_ns, transform(pose, tip)) and taken
-            elif name == topics.EXTRUSION:
-                taken = tracker.add_extruder(extruder_from_message(message))
-            elif name == topics.PATH:
-                session.set_path(path_from_message(message))
-            elif (capture := pairer.add(name, message)) is not None:
-                session.add_capture(capture, now_ns)
-        except (ConversionError, JumpError) as error:
+            if not self._handlers[name](message, log_ns):
+                self._warn_once(name, topic)
+        except ConversionError as error:
             logger.warning('%s', error)
-        if not taken and name not in late:
-            late.add(name)
+        _log_problems(self._pairer.give_up())
+        if self._session.waiting:
+            if not self._assembled and (path := self._tracker.path()) is not None:
+                self._session.set_path(path)
+            yield from self._session.results(self._now_ns)
+
+    def finish(self) -> Iterator[Result]:
+        """Give up incomplete captures, and yield the results of all that still wait."""
+        _log_problems(self._pairer.give_up(before_ns=1))  # all: nothing more will come
+        yield from self._session.results(finish=True)
+
+    def _advance_clock(self, log_ns: int) -> None:
+        step_ns = log_ns - self._last_log_ns
+        self._now_ns += max(-self._longest_step_ns, min(step_ns, self._longest_step_ns))
+        self._last_log_ns = log_ns
+
+    # Each handler takes a message and its time of recording [ns]. It returns False when the
+    # message is late, comes twice or jumps, and raises ConversionError when it is unusable.
+
+    def _take_pose(self, message: Any, log_ns: int) -> bool:
+        stamp_ns, T_base_flange = self._poses.read(message, log_ns)
+        taken = self._session.add_flange_pose(stamp_ns, T_base_flange)
+        try:
+            return self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip)) and taken
+        except JumpError as error:
+            logger.warning('%s', error)
+            return taken
+
+    def _take_extruder_state(self, message: Any, _: int) -> bool:
+        return self._tracker.add_extruder(extruder_from_message(message))
+
+    def _take_path(self, message: Any, _: int) -> bool:
+        self._session.set_path(path_from_message(message))
+        return True
+
+    def _take_camera_message(self, name: str, message: Any, _: int) -> bool:
+        capture = self._pairer.add(name, message)
+        if capture is not None:
+            self._session.add_capture(capture, self._now_ns)
+        return True
+
+    def _warn_once(self, name: str, topic: str) -> None:
+        if name not in self._warned:
+            self._warned.add(name)
             logger.warning('%s: expected what is later than the last and within its reach, found '
                            'some late, twice or a jump', topic)
-        for problem in pairer.give_up():
-            logger.warning('%s', problem)
-        if session.waiting:
-            if not assembled and (path := tracker.path()) is not None:
-                session.set_path(path)
-            yield from session.results(now_ns)
-    for problem in pairer.give_up(before_ns=1):  # nothing more will come
-        logger.warning('%s', problem)
-    yield from session.results(finish=True)
 
 
-def _of_the_past(messages: Iterator[tuple[str, int, Any]]) -> Iterator[tuple[str, int, Any]]:
-    """Leave out, with a warning, what is stamped in the future of its recording, as live.
+def _find_path_sources(bag: Bag, poses: FlangePoses) -> dict[str, str]:
+    """Return the recorded topics that give the path, each with its relative name.
 
-    Where that holds for most messages, the first or the latest, the clock of the recording is not
-    that of the stamps, and nothing can be said.
+    Raises BagError when one is missing or empty.
     """
-    first = deque(islice(messages, FIRST))
-    ahead = deque((_is_ahead(log_ns, message) for _, log_ns, message in first), RECENT)
+    path_class = topics.RESULTS[topics.PATH]
+    if (not is_recorded(bag, poses.topic, poses.message_class)
+            and is_recorded(bag, topics.PATH, path_class)):
+        found = find_topics(bag, {topics.PATH: path_class})
+    else:
+        found = find_topics(bag, {poses.topic: poses.message_class,
+                                  topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]})
+    silent = [topic for topic in found if bag.count(topic) == 0]
+    if silent:
+        raise BagError(f'{bag.path}: expected messages on {" and ".join(silent)}, found none')
+    return found
+
+
+def _log_problems(problems: list[str]) -> None:
+    for problem in problems:
+        logger.warning('%s', problem)
+
+
+def _without_future(messages: Iterator[BagMessage]) -> Iterator[BagMessage]:
+    """Leave out, with a warning, messages with a stamp in the future of their recording, as live.
+
+    When most of the first or of the latest messages have such stamps, the recorder's clock is not
+    the clock of the stamps. Then nothing can be said, and nothing is left out.
+    """
+    first = deque(islice(messages, FIRST_COUNT))
+    ahead = deque((_is_ahead(log_ns, message) for _, log_ns, message in first), RECENT_COUNT)
     last_ns = 0
-    while entry := first.popleft() if first else next(messages, None):
+    for entry in chain(_consume(first), messages):
         topic, log_ns, message = entry
-        if log_ns < last_ns - MAXIMUM_LEAD_NS:  # that clock was set back
+        if log_ns < last_ns - MAXIMUM_LEAD_NS:  # the recorder's clock was set back
             ahead.clear()
         last_ns = log_ns
         ahead.append(_is_ahead(log_ns, message))
@@ -117,6 +182,12 @@ def _of_the_past(messages: Iterator[tuple[str, int, Any]]) -> Iterator[tuple[str
             yield entry
 
 
+def _consume(entries: deque[BagMessage]) -> Iterator[BagMessage]:
+    """Yield and release one entry after the other: captures are large."""
+    while entries:
+        yield entries.popleft()
+
+
 def _is_ahead(log_ns: int, message: Any) -> bool:
-    header = getattr(message, 'header', None)  # or else it is stamped when it comes
+    header = getattr(message, 'header', None)  # without a header, the time of recording counts
     return header is not None and stamp_to_ns(header.stamp) - log_ns > MAXIMUM_LEAD_NS

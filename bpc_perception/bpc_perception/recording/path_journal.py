@@ -1,8 +1,8 @@
-"""The running print on disk, so that a path recorder that was killed goes on with it.
+"""Keep the running print on disk, so that a path recorder that was killed can resume it.
 
-An MCAP file of the updates of the path, each handed to the operating system before it is
-published: whoever heard of a point can be sure that it is the same after a restart. It has no
-chunks, so that nothing is held back and nothing piles up for an index.
+The journal is an MCAP file of the updates of the path. Each update is handed to the operating
+system before it is published, so a point that a node has received is the same after a restart. The
+file has no chunks: nothing is held back, and no index grows in memory.
 """
 
 from __future__ import annotations
@@ -28,19 +28,22 @@ from bpc_perception.recording import mcap_file
 from bpc_perception.recording.bag import Bag, BagError
 
 TOPIC = f'/{topics.PATH_UPDATE}'
-SETTINGS = 'path_recorder'  # name of the metadata
-# What the points of a path depend on.
-DECISIVE = ('base_frame', 'nozzle_offset', 'pose.', 'path.')
+SETTINGS = 'path_recorder'  # name of the metadata record
+# Prefixes of the parameters on which the points of a path depend.
+PATH_PARAMETERS = ('base_frame', 'nozzle_offset', 'pose.', 'path.')
+# Then the file is begun anew with the whole path, so that it can be read quickly.
+MOST_RECORDS = 3000
+ALIVE_PERIOD_NS = 500_000_000  # how often an update without news says that the print goes on
 
 
 class OtherSettingsError(ValueError):
-    """A print was left off with settings that make other points of the same poses."""
+    """A print was left off with settings that give other points from the same poses."""
 
 
 def default_folder(namespace: str = '') -> Path:
-    """Where a user keeps running prints [XDG Base Directory Specification].
+    """Return the folder for a user's running prints [XDG Base Directory Specification].
 
-    One folder a ROS domain, and a namespace in it.
+    Each namespace of each ROS domain has its own folder.
     """
     home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
     return Path(home, 'bpc', f'domain_{os.environ.get("ROS_DOMAIN_ID") or 0}',
@@ -48,18 +51,15 @@ def default_folder(namespace: str = '') -> Path:
 
 
 class PathJournal:
-    """The newest print in a folder, with the path as far as it is known."""
-
-    RECORDS = 3000  # after which the file is begun anew with the whole path: so it is read quickly
-    PERIOD_NS = 500_000_000  # in which it is said that a print without news goes on
+    """The newest print in a folder, with its path as far as it is known."""
 
     def __init__(self, folder: Path, config: RecorderConfig) -> None:
-        """Raises OSError where the folder cannot be made."""
+        """Make the folder. Raises OSError when that fails."""
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / 'running_print.mcap'
         self._frame_id = config.base_frame
         self._settings = {name: str(value) for name, _, value in flatten(config)
-                          if name.startswith(DECISIVE)}
+                          if name.startswith(PATH_PARAMETERS)}
         self._stream: IO[bytes] | None = None
         self._print_id = ''
         self._points = self._records = self._written_ns = 0
@@ -67,24 +67,16 @@ class PathJournal:
         self._given_up = ''
 
     def resume(self, now_ns: int, within: float) -> GrowingPath | None:
-        """The print that was running up to ``within`` seconds ago; None = there is none.
+        """Return the print that was running up to ``within`` seconds before ``now_ns``.
 
-        An ended one is none, nor one of the future: then the clock has jumped.
+        None: there is no such print, or it has ended, or it was written in the future, since the
+        clock has jumped.
 
         Raises:
             OSError: the file cannot be opened.
-            OtherSettingsError: it was left off with others, so its points do not fit to new ones.
+            OtherSettingsError: the print has other settings, so new points do not fit to its own.
         """
-        path: GrowingPath | None = None
-        try:
-            for _, log_ns, update in Bag(self._file).messages({TOPIC}):
-                part = path_from_message(update.path)
-                if path is None:
-                    path = GrowingPath(part.print_id, part.start_ns, update.first)
-                path.extend(update.first, part)
-                self._written_ns = log_ns
-        except (BagError, ConversionError):  # none, or damaged beyond what a kill does
-            return None
+        path = self._read()
         if path is None or path.finished or not 0 <= now_ns - self._written_ns <= within * 1e9:
             return None
         before = mcap_file.metadata(self._file, SETTINGS)
@@ -95,41 +87,59 @@ class PathJournal:
                                      f'settings, found {", ".join(others)}')
         return path
 
-    def take(self, path: GrowingPath, now_ns: int) -> None:
-        """Write what is new of a path, to be called before it is published.
+    def _read(self) -> GrowingPath | None:
+        """Return the path in the file; None when it has none, or more damage than a kill does."""
+        path: GrowingPath | None = None
+        try:
+            for _, log_ns, update in Bag(self._file).messages({TOPIC}):
+                part = path_from_message(update.path)
+                if path is None:
+                    path = GrowingPath(part.print_id, part.start_ns, update.first)
+                path.extend(update.first, part)
+                self._written_ns = log_ns
+        except (BagError, ConversionError):
+            return None
+        return path
 
-        Raises OSError where that fails, once a print: then nothing is kept of it.
+    def take(self, path: GrowingPath, now_ns: int) -> None:
+        """Write what is new of a path. Call it before the path is published.
+
+        Raises OSError when that fails, once for each print; nothing is kept of that print.
         """
-        if path.print_id == self._given_up:
-            return
-        news = path.finished or len(path) > self._points
-        recent = now_ns - self._written_ns < self.PERIOD_NS
-        if path.print_id == self._print_id and (self._ended or (recent and not news)):
+        if path.print_id == self._given_up or not self._has_news(path, now_ns):
             return
         try:
-            if path.print_id != self._print_id or self._records >= self.RECORDS:
+            if path.print_id != self._print_id or self._records >= MOST_RECORDS:
                 self._begin(path)
             self._write(path, now_ns)
         except OSError:
             self._given_up = path.print_id
-            with suppress(OSError):  # the first tells more
+            with suppress(OSError):  # the first error tells more
                 self.remove()
             raise
 
+    def _has_news(self, path: GrowingPath, now_ns: int) -> bool:
+        if path.print_id != self._print_id:
+            return True
+        if self._ended:
+            return False
+        due = now_ns - self._written_ns >= ALIVE_PERIOD_NS
+        return due or path.finished or len(path) > self._points
+
     def remove(self) -> None:
-        """Forget the print, on disk as well. Raises OSError where it stays there."""
+        """Forget the print, on disk as well. Raises OSError when it cannot be removed."""
         self.close()
         self._file.unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Let go of the file; what comes next begins it anew."""
+        """Close the file; the next path begins it anew."""
         self._print_id = ''
         if self._stream is not None:
             self._stream.close()
             self._stream = None
 
     def _begin(self, path: GrowingPath) -> None:
-        """A new file, which takes the place of the old one with its first record."""
+        """Begin a new file, which replaces the old one once it has its first record."""
         self.close()
         self._stream = self._file.with_suffix('.tmp').open('wb', buffering=0)
         self._writer = Writer(self._stream, use_chunking=False)

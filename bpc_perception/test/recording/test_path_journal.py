@@ -20,6 +20,7 @@ from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
 
 pytest.importorskip('rclpy')
+from bpc_perception.recording import path_journal
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.path_journal import (
     default_folder,
@@ -87,7 +88,7 @@ def assert_same(one: DepositionPath | None, other: DepositionPath) -> None:
 @pytest.mark.parametrize('records', [3, 1000])  # begun anew many times, or never
 def test_what_was_kept_is_resumed(tmp_path: Path, records: int,
                                   monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(PathJournal, 'RECORDS', records)
+    monkeypatch.setattr(path_journal, 'MOST_RECORDS', records)
     known = kept(tmp_path)
     assert_same(resumed(tmp_path), known)
     assert [file.name for file in tmp_path.iterdir()] == [FILE]
@@ -105,7 +106,7 @@ def test_a_resumed_print_is_kept_on(tmp_path: Path) -> None:
 def test_what_is_forgotten_of_a_long_print_stays_so(tmp_path: Path,
                                                     monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(GrowingPath, 'MAXIMUM_POINTS', 16)
-    monkeypatch.setattr(PathJournal, 'RECORDS', 5)
+    monkeypatch.setattr(path_journal, 'MOST_RECORDS', 5)
     known = kept(tmp_path)
     path = PathJournal(tmp_path, CONFIG).resume(START_NS + 41 * SECOND, 30.0)
     assert path is not None
