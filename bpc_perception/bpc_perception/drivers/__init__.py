@@ -10,39 +10,39 @@ from rclpy.node import Node
 
 from bpc_perception.core.capture.capture import Capture
 
-# Entry points of this group are the back ends, in whatever package they are: a function
-# ``prepare(node)`` that declares the parameters it needs and returns what opens its Camera, as
-# often as it is called.
-GROUP = 'bpc.cameras'
-WARN = 'WARN'
+# The back ends are the entry points of this group, in any package. Each is a function
+# ``prepare(node)``: it declares the parameters that the back end needs and returns a function that
+# opens a Camera, each time it is called.
+ENTRY_POINT_GROUP = 'bpc.cameras'
+WARN = 'WARN'  # key of a note that is a warning
 
 
 class CameraError(RuntimeError):
-    """The camera cannot deliver; the message says why."""
+    """The camera cannot deliver a capture; the message says why."""
 
 
 class Camera(Protocol):
     """A source of captures."""
 
     def connect(self) -> None:
-        """Make sure that the device is there. Raises CameraError when it is not, yet."""
+        """Make sure that the device is there. Raises CameraError when it is not there yet."""
 
     def due(self, now_ns: int) -> bool:
-        """Whether it has a capture to deliver of its own accord, as a recording does."""
+        """Return whether it has a capture to deliver unasked, as a recording does."""
 
     def capture(self, now_ns: int) -> Capture:
-        """Take a capture. Raises CameraError when there is none."""
+        """Take a capture at ``now_ns`` of the node's clock. Raises CameraError for none."""
 
     def notes(self) -> Mapping[str, object]:
-        """What is worth knowing of the device, for the diagnostics; a key WARN warns."""
+        """Return what the diagnostics show of the device; the value of a key WARN is a warning."""
 
     def close(self) -> None:
-        """Let go of the device."""
+        """Close the device."""
 
 
 def back_ends() -> list[str]:
-    """The names of all back ends that are installed."""
-    return sorted(entry_points(group=GROUP).names)
+    """Return the names of all installed back ends."""
+    return sorted(entry_points(group=ENTRY_POINT_GROUP).names)
 
 
 def check_back_end(name: str) -> None:
@@ -52,12 +52,12 @@ def check_back_end(name: str) -> None:
 
 
 def prepare_camera(name: str, node: Node) -> Callable[[], Camera]:
-    """What opens the camera of a back end.
+    """Return a function that opens the camera of a back end.
 
-    Raises ValueError when the back end is unknown or not installed; opening it may, too.
+    Raises ValueError when the back end is unknown or not installed. Opening may raise it, too.
     """
     check_back_end(name)
-    entry, = {entry for entry in entry_points(group=GROUP) if entry.name == name}
+    entry, = {entry for entry in entry_points(group=ENTRY_POINT_GROUP) if entry.name == name}
     try:
         prepare = entry.load()
     except ImportError as error:

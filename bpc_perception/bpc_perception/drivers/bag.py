@@ -1,4 +1,4 @@
-"""Camera back end that delivers the captures of a recording when their time has come."""
+"""Camera back end that delivers the captures of a recording at their times of recording."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bpc_perception.recording.contents import captures
 
 
 class BagCamera:
-    """Plays the captures of a bag along a clock that runs through its recording times."""
+    """Delivers the captures of a bag along a clock that runs through its times of recording."""
 
     def __init__(self, bag: Bag) -> None:
         self._bag = bag
@@ -24,10 +24,10 @@ class BagCamera:
         self._last_ns = 0
 
     def connect(self) -> None:
-        """It is there."""
+        """Do nothing: a recording is always there."""
 
     def due(self, now_ns: int) -> bool:
-        """Whether the next capture had been recorded by now."""
+        """Return whether the next capture had been recorded by ``now_ns``."""
         if now_ns < self._last_ns:  # the recording is played again
             self._captures = captures(self._bag)
             self._advance()
@@ -35,7 +35,7 @@ class BagCamera:
         return bool(self._damage) or (self._next is not None and self._next[0] <= now_ns)
 
     def capture(self, now_ns: int) -> Capture:
-        """The next recorded capture, if it is due."""
+        """Return the next recorded capture. Raises CameraError when none is due."""
         due = self.due(now_ns)
         if self._damage:
             damage, self._damage = self._damage, ''
@@ -47,22 +47,22 @@ class BagCamera:
         return capture
 
     def _advance(self) -> None:
-        """Look at the next capture; a recording damaged there has none, which is said once."""
+        """Read the next capture; damage there ends the recording and is reported once."""
         try:
             self._next = next(self._captures, None)
         except BagError as error:
             self._next, self._damage = None, f'recording: {error}'
 
     def notes(self) -> Mapping[str, object]:
-        """Nothing."""
+        """Return nothing."""
         return {}
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: nothing is held."""
 
 
 def prepare(node: Node) -> Callable[[], BagCamera]:
-    """What opens a camera for the bag named by the node's parameter ``bag``."""
+    """Return a function that opens the bag named by the node's parameter ``bag``."""
     path = node.declare_parameter('bag', '', ParameterDescriptor(
         description='Recording whose captures are delivered', read_only=True)).value
     return lambda: BagCamera(Bag(path))

@@ -1,4 +1,4 @@
-"""Camera back end for a Zivid camera, through the vendor's package for Python.
+"""Camera back end for a Zivid camera, through the vendor's Python package.
 
 The package needs the vendor's SDK, so it is imported only here. Names and behaviour are those of
 zivid-python 2.17; see docs/limits.md for what has been tried.
@@ -21,17 +21,17 @@ from bpc_perception.core.watch.back_off import BackOff
 from bpc_perception.drivers import CameraError, WARN
 from bpc_perception.runtime.parameters import NodeConfig
 
-MILLIMETRE = np.float32(1e-3)  # the SDK's unit [m]
-# Where points of the cloud may fall beside their own pixels with the right intrinsics [pixels].
-LARGEST_DEVIATION = 1.0
-THROTTLED = 0.01  # waiting of the camera to cool down that is worth a warning [s]
+MILLIMETRE_M = np.float32(1e-3)  # the unit of the SDK
+# With the right intrinsics, points of the cloud are seen this close to their own pixels.
+LARGEST_DEVIATION_PX = 1.0
+THROTTLING_TIME_S = 0.01  # a camera that waits longer to cool down is worth a warning
 
 
 class ZividCamera:
-    """A camera that is connected when it is needed, and again after it was gone."""
+    """A camera that is connected when it is needed, and reconnected after it was gone."""
 
     def __init__(self, zivid: Any, config: ZividConfig, clock_ns: Callable[[], int]) -> None:
-        """Start the SDK and load the settings. Raises ValueError where that cannot be."""
+        """Start the SDK and load the settings. Raises ValueError when that fails."""
         self._zivid = zivid
         self._config = config
         self._clock_ns = clock_ns
@@ -40,7 +40,7 @@ class ZividCamera:
         self._back_off = BackOff(0.5, 10.0)
         self._camera: Any = None
         try:
-            self._application = zivid.Application()  # one a process at a time
+            self._application = zivid.Application()  # a process may have one at a time
         except RuntimeError as error:
             raise ValueError(f'zivid: expected its SDK to start, found: {error}') from error
         try:
@@ -50,12 +50,12 @@ class ZividCamera:
             raise
 
     def connect(self) -> None:
-        """Look for the camera, if it is not connected. Raises CameraError when it is not found."""
+        """Connect the camera, if it is not connected. Raises CameraError when it is not found."""
         if self._camera is None:
             self._connect()
 
     def due(self, now_ns: int) -> bool:
-        """Never: it is asked for captures. Meanwhile a camera that is gone is looked for."""
+        """Look for a camera that is gone; return False, since captures are requested."""
         del now_ns
         if self._camera is None and not self._back_off.waiting(time.monotonic()):
             try:
@@ -78,15 +78,15 @@ class ZividCamera:
             with self._camera.capture_2d_3d(self._settings) as frame:
                 after_ns = self._clock_ns()
                 metrics = frame.info.metrics
-                cloud = frame.point_cloud()  # waits; what went wrong meanwhile is raised here
-                xyz = cloud.copy_data('xyz') * MILLIMETRE
+                cloud = frame.point_cloud()  # waits, and raises what went wrong until then
+                xyz = cloud.copy_data('xyz') * MILLIMETRE_M
                 image = np.ascontiguousarray(cloud.copy_data(self._colours)[..., :3])
                 snr = cloud.copy_data('snr')
-                camera = self._intrinsics(frame, xyz)
+                camera = self._find_intrinsics(frame, xyz)
             self._describe(metrics)
-        except CameraError:  # a capture that cannot be used, from a camera that is there
+        except CameraError:  # the camera is there, but the capture cannot be used
             raise
-        except RuntimeError as error:  # what the SDK raises for whatever happens to a camera
+        except RuntimeError as error:  # the SDK raises it for everything
             self._drop()
             raise CameraError(f'zivid: expected a capture, found: {error}') from error
         # The call returns when the acquisition ends [zivid-python, Camera.capture_2d_3d].
@@ -95,7 +95,7 @@ class ZividCamera:
         return Capture(stamp_ns, self._config.frame_id, image, xyz, camera, snr)
 
     def notes(self) -> Mapping[str, object]:
-        """Model, serial number, temperatures, throttling."""
+        """Return what is new of model, serial number, temperatures and throttling."""
         notes, self._notes = self._notes, {}
         return notes
 
@@ -110,9 +110,9 @@ class ZividCamera:
     def _load_settings(self) -> Any:
         file = self._config.settings_file
         if not file:
-            kinds = self._zivid.Settings, self._zivid.Settings2D
-            colour = kinds[1](acquisitions=[kinds[1].Acquisition()])
-            return kinds[0](acquisitions=[kinds[0].Acquisition()], color=colour)
+            settings_3d, settings_2d = self._zivid.Settings, self._zivid.Settings2D
+            colour = settings_2d(acquisitions=[settings_2d.Acquisition()])
+            return settings_3d(acquisitions=[settings_3d.Acquisition()], color=colour)
         try:
             settings = self._zivid.Settings.load(file)
         except RuntimeError as error:
@@ -125,9 +125,9 @@ class ZividCamera:
 
     def _connect(self) -> None:
         try:
+            serial_number = self._config.serial_number
             self._camera = self._application.connect_camera(
-                **({'serial_number': self._config.serial_number}
-                   if self._config.serial_number else {}))
+                **({'serial_number': serial_number} if serial_number else {}))
             info = self._camera.info
         except RuntimeError as error:
             self._camera = None
@@ -154,15 +154,15 @@ class ZividCamera:
             'acquisition time [s]': f'{metrics.acquisition_time.total_seconds():.3f}',
             'capture time [s]': f'{metrics.capture_time.total_seconds():.3f}',
             'throttling time [s]': f'{throttled:.3f}'}
-        if throttled > THROTTLED:
+        if throttled > THROTTLING_TIME_S:
             self._notes[WARN] = (f'zivid: expected to capture at once, found that the camera '
                                  f'waited for {throttled:.2f} s to cool down; capture less often')
 
-    def _intrinsics(self, frame: Any, xyz: Array) -> PinholeCamera:
-        """The intrinsics that put the cloud onto its own pixels.
+    def _find_intrinsics(self, frame: Any, xyz: Array) -> PinholeCamera:
+        """Return the intrinsics that put the cloud (H, W, 3) [m] onto its own pixels.
 
-        Those of the camera may belong to another resolution (zivid-ros, pull request 154), so
-        they are checked, and otherwise estimated from the capture.
+        The intrinsics of the camera may belong to another resolution (zivid-ros, pull request
+        154). So they are checked, and if they do not fit they are estimated from the capture.
         """
         calibration = import_module('zivid.experimental.calibration')
         height, width = xyz.shape[:2]
@@ -173,7 +173,7 @@ class ZividCamera:
         for attempt in tried:
             camera = _pinhole(attempt(), width, height)
             deviation = _deviation(camera, xyz)
-            if not deviation > LARGEST_DEVIATION:
+            if not deviation > LARGEST_DEVIATION_PX:
                 return camera
         raise CameraError('zivid: expected intrinsics that put the cloud onto its pixels, found '
                           f'it {deviation:.1f} pixels beside them')
@@ -187,7 +187,7 @@ def _pinhole(intrinsics: Any, width: int, height: int) -> PinholeCamera:
 
 
 def _deviation(camera: PinholeCamera, xyz: Array) -> float:
-    """Median distance of points from their own pixels [pixels]; NaN without points."""
+    """Return the median distance of points from their own pixels [pixels]; NaN without points."""
     step = max(max(xyz.shape[:2]) // 64, 1)
     points = xyz[::step, ::step].astype(np.float64)
     uv = camera.pixels(points)
@@ -198,9 +198,9 @@ def _deviation(camera: PinholeCamera, xyz: Array) -> float:
 
 
 def prepare(node: Node) -> Callable[[], ZividCamera]:
-    """What opens the camera that the node's parameters name.
+    """Return a function that opens the camera that the node's parameters name.
 
-    Raises ValueError where the vendor's package is not installed.
+    Raises ValueError when the vendor's package is not installed.
     """
     try:
         zivid = import_module('zivid')

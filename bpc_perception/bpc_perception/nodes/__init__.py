@@ -2,5 +2,6 @@
 
 import os
 
-# Read when NumPy is first loaded. Matrices here are 3 x 3: threads for them only take cores.
+# NumPy reads this when it is first loaded. Matrices here are 3 x 3, so threads for them only take
+# cores from others.
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')

@@ -1,4 +1,4 @@
-"""The bag recorder: everything that the suite's topics carry, as it is, into a bag."""
+"""The bag recorder: writes all messages of the suite's topics into a bag, unchanged."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ from bpc_perception.runtime.exit_status import REFUSED
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.run import run
 
-FLUSH_PERIOD = 0.1  # what a killed recorder loses, and what it had not yet taken in [s]
-PLACE_PERIOD = 1.0  # in which is looked whether the recording is still where it was begun [s]
-# From a capture until what has not been heard beside it is missed [s].
-PATIENCE = 3.0
+FLUSH_PERIOD_S = 0.1  # a killed recorder loses this much, and what it had not received yet
+PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is still in its place
+MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is missing
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
        topics.LBR_STATE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
-       topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS}
+       topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS,
+       **dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS)}
 
 
 class BagRecorderNode(Node):
-    """Writes each message, still serialized, at the time it came.
+    """Writes each message, still serialized, with the time at which it came.
 
-    ``on_progress``, if given, is called after each flush with the messages by topic and the size
-    of the file; what fails in it does not matter. ``beside`` are further files of the recording,
-    name to content.
+    Args:
+        on_progress: is called after each flush with the number of messages by topic and the size
+            of the file [bytes]. Its OSErrors do not matter.
+        beside: further files of the recording, name to content.
 
     Attributes:
         failure: why the recording is not whole; empty = it is.
@@ -49,28 +50,27 @@ class BagRecorderNode(Node):
         self.failure = ''
         self._on_progress = on_progress
         self._diagnostics = Diagnostics(self)
-        recorded = {}
-        wanted = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
-        poses = FlangePoses(config.pose, '')
-        if config.pose.source != 'tf':  # of which a recording has the path
-            wanted[poses.topic] = poses.message_class
-        # What a recording is measured from beside its captures.
         self._first_capture = inf  # [s], steady
         self._camera = self.resolve_topic_name(topics.IMAGE)
-        self._needed = {self.resolve_topic_name(name)
-                        for name in (poses.topic, topics.EXTRUSION) if name in wanted}
-        for name, kind in wanted.items():
-            qos = QOS.get(name, topics.CAMERA_QOS if name in topics.CAMERA else topics.RESULT_QOS)
-            full = self.resolve_topic_name(name)
-            recorded[full] = topics.type_name(kind)
-            self.create_subscription(kind, name, partial(self._write, full), qos, raw=True)
-        self.create_timer(FLUSH_PERIOD, self._flush, clock=steady_clock())
-        self.create_timer(PLACE_PERIOD, self._look_for_it, clock=steady_clock())
-        # Last, since who is told to end while it makes a node leaves it half made.
+        recorded = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
+        poses = FlangePoses(config.pose, '')
+        needed = {topics.EXTRUSION}  # a recording is measured from these and its captures
+        if config.pose.source != 'tf':  # poses of tf are not recorded, but the path is
+            recorded[poses.topic] = poses.message_class
+            needed.add(poses.topic)
+        self._missing = {self.resolve_topic_name(name) for name in needed}
+        for name, kind in recorded.items():
+            self.create_subscription(
+                kind, name, partial(self._write, self.resolve_topic_name(name)),
+                QOS.get(name, topics.RESULT_QOS), raw=True)
+        self.create_timer(FLUSH_PERIOD_S, self._flush, clock=steady_clock())
+        self.create_timer(PLACE_PERIOD_S, self._check_place, clock=steady_clock())
+        # The bag comes last: when the process is ended while it makes the node, no half-made
+        # recording is left.
         self._bag = BagWriter(config.bag)
         try:
-            for full, type_name in recorded.items():
-                self._bag.add_topic(full, type_name)
+            for name, kind in recorded.items():
+                self._bag.add_topic(self.resolve_topic_name(name), topics.type_name(kind))
             for name, content in (beside or {}).items():
                 (self._bag.path / name).write_bytes(content)
         except BaseException:
@@ -85,10 +85,10 @@ class BagRecorderNode(Node):
             except OSError as error:
                 self._fail(error)
         if self.failure:
-            self._diagnostics.refuse(self.failure)  # each message that is lost is counted
+            self._diagnostics.refuse(self.failure)  # so each lost message is counted
         else:
             self._diagnostics.count(topic)
-        self._needed.discard(topic)
+        self._missing.discard(topic)
         if topic == self._camera:
             self._first_capture = min(self._first_capture, time.monotonic())
 
@@ -101,21 +101,24 @@ class BagRecorderNode(Node):
         if self.failure:
             self._diagnostics.warn(self.failure)
         elif self._on_progress is not None:
-            with suppress(OSError):  # the terminal is gone, or what it asks the disk for
+            with suppress(OSError):  # the terminal is gone, or the disk that it asks about
                 self._on_progress(*self._bag.written)
-        if self._needed and time.monotonic() > self._first_capture + PATIENCE:
-            self._diagnostics.warn(
-                f'{" and ".join(sorted(self._needed))}: expected messages beside the captures, '
-                'found none; without them the recording cannot be measured')
-            self._needed.clear()
+        self._warn_of_missing_inputs()
 
-    def _look_for_it(self) -> None:
+    def _warn_of_missing_inputs(self) -> None:
+        if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:
+            self._diagnostics.warn(
+                f'{" and ".join(sorted(self._missing))}: expected messages beside the captures, '
+                'found none; without them the recording cannot be measured')
+            self._missing.clear()
+
+    def _check_place(self) -> None:
         if not (self.failure or self._bag.in_place):
             self._diagnostics.warn(f'{self._bag.path}: expected the recording there, '
                                    'found it moved or removed')
 
     def _fail(self, error: OSError, what: str = 'not recorded') -> None:
-        """Record no more, but stay, to say so: what is on disk is readable as it is."""
+        """Record no more, but stay to say so: what is on disk can be read as it is."""
         self.failure = (f'{what}: expected to write {self._bag.path}, found: '
                         f'{error.strerror or error}')
 

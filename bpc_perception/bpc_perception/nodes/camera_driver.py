@@ -1,4 +1,4 @@
-"""The camera driver: captures of a back end out, under the topic names of the vendor's node."""
+"""The camera driver: publishes the captures of a back end on the topics of the vendor's node."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
 
-POLL_PERIOD = 0.02  # how late a recorded capture may come [s]
-TURN = 0.5  # how long those who listen to the topics wait for the measurement at most [s]
+POLL_PERIOD_S = 0.02  # a recorded capture may come this much late
+LONGEST_TURN_S = 0.5  # subscribers of the topics wait for the measurement no longer
 
 
 class CameraDriverNode(ManagedNode):
     """Publishes each capture as image, camera info and cloud; see docs/reference/nodes.
 
-    It holds the camera while inactive, and takes captures while active. With ``hand_over`` a
-    capture is given to that first, and published when the event that it returns is set.
+    The node holds the camera while inactive, and takes captures while active. A capture is first
+    given to ``hand_over``, if there is one, and published when the event that it returns is set.
     """
 
     EXPECTED = (*ManagedNode.EXPECTED, CameraError)
@@ -39,7 +39,7 @@ class CameraDriverNode(ManagedNode):
         super().__init__('camera_driver', **kwargs)
         self._hand_over = hand_over
         self._config = NodeConfig(self, CameraConfig())
-        if hand_over is None:  # or else the other node of this process has a say in that
+        if hand_over is None:  # otherwise the other node of this process does that
             limit_cpu_use(self._config.value.process, self.get_logger())
         self._open = prepare_camera(self._config.value.back_end, self)
         self._camera: Camera | None = None
@@ -47,7 +47,7 @@ class CameraDriverNode(ManagedNode):
                          for name, kind in topics.CAMERA.items()]
         self._snr = self.create_publisher(Image, topics.SNR, topics.CAMERA_QOS)
         self.create_service(Trigger, 'capture', self._on_request)
-        self._timer = self.create_timer(POLL_PERIOD, self._poll, clock=steady_clock())
+        self._timer = self.create_timer(POLL_PERIOD_S, self._poll, clock=steady_clock())
         self._timer.cancel()
         if self._config.value.autostart:
             self.start()
@@ -61,11 +61,11 @@ class CameraDriverNode(ManagedNode):
             if not self._config.value.autostart:
                 self.clean_up()
                 raise
-            self._diagnostics.warn(str(error))  # as there is nobody else it tries again itself
+            self._diagnostics.warn(str(error))  # no manager tries again, so the node does
         self._describe(self._camera)
 
     def activate(self) -> None:
-        """Let captures out."""
+        """Take captures from now on."""
         self._last_ns = self._now_ns()
         self._timer.reset()
 
@@ -74,31 +74,38 @@ class CameraDriverNode(ManagedNode):
         self._timer.cancel()
 
     def clean_up(self) -> None:
-        """Let go of the camera."""
+        """Close the camera."""
         self._timer.cancel()
         camera, self._camera = self._camera, None
         if camera is not None:
             camera.close()
 
     def _poll(self) -> None:
-        camera = self._camera
-        # As with the vendor's node, what nobody listens to is not taken.
-        if camera is None or (self._hand_over is None and not all(
-                output.get_subscription_count() for output in self._outputs)):
+        if self._camera is None or not self._has_audience():
             return
-        now_ns, rate = self._now_ns(), self._config.value.rate
+        now_ns = self._now_ns()
+        if self._is_time(now_ns) or self._camera.due(now_ns):
+            self._capture(self._camera, now_ns)
+
+    def _has_audience(self) -> bool:
+        """Return whether someone takes captures: if not, none are made, as by the vendor."""
+        return self._hand_over is not None or all(
+            output.get_subscription_count() for output in self._outputs)
+
+    def _is_time(self, now_ns: int) -> bool:
+        """Return whether the next capture of a set rate is due, and note it as taken."""
         if now_ns < self._last_ns:  # the clock went back
             self._last_ns = now_ns
+        rate = self._config.value.rate
         period_ns = round(1e9 / rate) if rate > 0 else 0
-        if period_ns and now_ns - self._last_ns >= period_ns:
-            # In step, however late this is, unless that is by more than a period.
-            self._last_ns = max(self._last_ns + period_ns, now_ns - period_ns)
-            self._capture(camera, now_ns)
-        elif camera.due(now_ns):
-            self._capture(camera, now_ns)
+        if not period_ns or now_ns - self._last_ns < period_ns:
+            return False
+        # Keep in step when this call is late, but not by more than a period.
+        self._last_ns = max(self._last_ns + period_ns, now_ns - period_ns)
+        return True
 
     def _capture(self, camera: Camera, now_ns: int) -> str:
-        """Take and publish a capture; why not, or an empty string."""
+        """Take and publish a capture; return why not, or an empty string."""
         try:
             capture = crop(camera.capture(now_ns), self._config.value.region)
         except (CameraError, ValueError) as error:
@@ -108,16 +115,19 @@ class CameraDriverNode(ManagedNode):
             self._describe(camera)
         self._diagnostics.count('captures')
         if self._hand_over is not None:
-            self._hand_over(capture).wait(TURN if self._listened() else 0)
-        if self._listened():
+            self._hand_over(capture).wait(LONGEST_TURN_S if self._has_subscribers() else 0)
+        self._publish(capture)
+        return ''
+
+    def _publish(self, capture: Capture) -> None:
+        if self._has_subscribers():
             for output, message in zip(self._outputs, capture_to_messages(capture), strict=True):
                 if output.get_subscription_count():
                     output.publish(message)
         if capture.snr is not None and self._snr.get_subscription_count():
             self._snr.publish(snr_to_message(capture))
-        return ''
 
-    def _listened(self) -> bool:
+    def _has_subscribers(self) -> bool:
         return any(output.get_subscription_count() for output in self._outputs)
 
     def _describe(self, camera: Camera) -> None:

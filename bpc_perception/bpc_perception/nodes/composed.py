@@ -1,6 +1,6 @@
-"""Camera driver and thickness node in one process: a capture is handed over as it is.
+"""Camera driver and thickness node in one process, where a capture is handed over uncopied.
 
-Between processes a full frame is copied six times on its way, 40 ms in all.
+Between processes a full frame is copied six times on its way, which takes 40 ms in all.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from bpc_perception.runtime.run import run
 
 
 def composed() -> tuple[Node, Node]:
-    """Both nodes, under their own names and with their own parameters."""
+    """Make both nodes, with their own names and parameters."""
     thickness = ThicknessNode(camera_topics=False)
     return thickness, CameraDriverNode(thickness.hand_over)
 

@@ -1,9 +1,8 @@
-"""The extruder bridge: what the rig's extruder says of itself in, extrusion states out."""
+"""The extruder bridge: takes what the extruder of the rig says, publishes extrusion states."""
 
 from __future__ import annotations
 
 import math
-import time
 from typing import Any
 
 from rclpy.node import Node
@@ -13,10 +12,9 @@ from std_msgs.msg import Bool
 from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.core.config import ExtruderConfig
 from bpc_perception.core.extruder.plunger import Plunger, PlungerMotion
-from bpc_perception.core.extruder.tic import error_names, ExtruderError, OPERATION_STATES, TicState
+from bpc_perception.core.extruder.tic import error_names, OPERATION_STATES, TicState
 from bpc_perception.core.robot.clock_offset import ClockOffset
-from bpc_perception.core.watch.back_off import BackOff
-from bpc_perception.drivers.extruder import Extruder, open_extruder
+from bpc_perception.drivers.extruder_connection import ExtruderConnection
 from bpc_perception.messages import topics
 from bpc_perception.messages.extruder import extruder_to_message, joint_motion
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
@@ -36,79 +34,57 @@ class ExtruderBridgeNode(Node):
         self._diagnostics = Diagnostics(self, hardware_id=self._config.back_end)
         self._states = self.create_publisher(
             ExtrusionState, topics.EXTRUSION, topics.EXTRUSION_QOS)
+        self._connection: ExtruderConnection | None = None
         self._device_clock = ClockOffset()
-        self._extruder: Extruder | None = None
-        self._back_off, self._heard = BackOff(), 0.0
-        self._last: TicState | None = None
-        self._extruding = False
-        poll = self._poll
+        self._last: TicState | None = None  # of this connection
+        self._extruding: bool | None = None  # as the last Bool says
         if self._config.back_end == 'joint_state':
             self.create_subscription(
                 JointState, topics.PLUNGER, self._on_joints, topics.POSE_QOS)
-            return
-        if self._config.back_end == 'bool':
-            self._sources = self.create_subscription(
-                Bool, topics.EXTRUDING, self._on_bool, topics.RESULT_QOS)
-            poll = self._repeat
+        elif self._config.back_end == 'bool':
+            self.create_subscription(Bool, topics.EXTRUDING, self._on_bool, topics.RESULT_QOS)
+            self.create_timer(1 / self._config.rate, self._repeat, clock=steady_clock())
         else:
-            self._connect()
-        self.create_timer(1 / self._config.rate, poll, clock=steady_clock())
+            self._connection = ExtruderConnection(
+                self._config, self._diagnostics.refuse, self._on_open)
+            self.create_timer(1 / self._config.rate, self._poll, clock=steady_clock())
 
-    def _connect(self) -> None:
-        """Open the device, or note when to try again."""
+    def _on_open(self) -> None:
+        """Begin anew: the clock of the device may have been set, or the device been replaced."""
         self._device_clock, self._last = ClockOffset(), None
-        self._heard = time.monotonic()
-        try:
-            self._extruder = open_extruder(self._config, self._diagnostics.refuse)
-        except ExtruderError as error:
-            self._diagnostics.refuse(error)
-            self._back_off.failed(self._heard)
-            return
         self._diagnostics.count('times opened')
 
     def _poll(self) -> None:
-        if self._extruder is None:
-            if not self._back_off.waiting(time.monotonic()):
-                self._connect()
-            return
-        try:
-            states = self._extruder.read()
-            silence = time.monotonic() - self._heard
-            if not states and silence > self._config.timeout:
-                raise ExtruderError('extruder: expected a state each '
-                                    f'{self._config.timeout:g} s, found none')
-        except ExtruderError as error:
-            self._diagnostics.refuse(error)
-            self._extruder.close()
-            self._extruder = None
-            self._back_off.failed(time.monotonic())
-            return
+        assert self._connection is not None
+        states = self._connection.poll()
         now_ns = self.get_clock().now().nanoseconds
         for state in states:
-            self._back_off.succeeded()
-            self._heard = time.monotonic()
             stamp_ns = (now_ns if state.device_ns is None
                         else self._device_clock.map(state.device_ns, now_ns))
+            if self._last is not None:
+                self._warn_of_changes(self._last, state)
+            self._last = state
             self._describe(state)
             self._publish(stamp_ns, self._plunger.motion(state), state.error_status)
 
-    def _describe(self, state: TicState) -> None:
-        """What is worth knowing of a state beside the motion, on /diagnostics."""
-        last, self._last = self._last, state
-        if last is not None and state.device_ns is not None and last.device_ns is not None \
-                and state.device_ns < last.device_ns:
+    def _warn_of_changes(self, last: TicState, state: TicState) -> None:
+        if (state.device_ns is not None and last.device_ns is not None
+                and state.device_ns < last.device_ns):
             self._diagnostics.warn('extruder: expected its clock to run on, found it started '
                                    'anew: it was reset')
-        if last is not None and state.step_mode != last.step_mode:
+        if state.step_mode != last.step_mode:
             self._diagnostics.warn(f'extruder: step mode changed from {last.step_mode} to '
                                    f'{state.step_mode}; its position is carried over')
+
+    def _describe(self, state: TicState) -> None:
+        """Put on /diagnostics what is useful to know of a state beside the motion."""
+        errors = error_names(state.error_status)
         if state.error_status:
-            self._diagnostics.warn(f'extruder: the motor is stopped: '
-                                   f'{error_names(state.error_status)}')
+            self._diagnostics.warn(f'extruder: the motor is stopped: {errors}')
         for key, value in (
                 ('operation state', OPERATION_STATES.get(state.operation_state,
                                                          state.operation_state)),
-                ('step mode', state.step_mode), ('errors', error_names(state.error_status)),
+                ('step mode', state.step_mode), ('errors', errors),
                 ('errors occurred', error_names(state.errors_occurred)),
                 ('supply [V]', state.vin_mv / 1000)):
             self._diagnostics.note(key, value)
@@ -123,12 +99,11 @@ class ExtruderBridgeNode(Node):
 
     def _on_bool(self, message: Bool) -> None:
         self._extruding = bool(message.data)
-        self._heard = 1.0  # it has said something
         self._repeat()
 
     def _repeat(self) -> None:
-        """Whoever says a bool says it when it changes; it holds as long as he is there."""
-        if self._heard and self.count_publishers(topics.EXTRUDING):
+        """Publish the last Bool: it is sent on change, and holds as long as it has a sender."""
+        if self._extruding is not None and self.count_publishers(topics.EXTRUDING):
             self._publish(self.get_clock().now().nanoseconds, PlungerMotion(
                 self._extruding, math.nan, math.nan, math.nan, position_uncertain=True))
 
@@ -137,9 +112,9 @@ class ExtruderBridgeNode(Node):
         self._diagnostics.count('states')
 
     def destroy_node(self) -> None:
-        """Let go of the device as well."""
-        if self._extruder is not None:
-            self._extruder.close()
+        """Close the device as well."""
+        if self._connection is not None:
+            self._connection.close()
         super().destroy_node()
 
 

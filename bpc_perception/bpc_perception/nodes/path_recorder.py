@@ -1,8 +1,7 @@
-"""The path recorder: flange poses and extruder states in, the print's path out."""
+"""The path recorder: takes flange poses and extruder states, publishes the path of the print."""
 
 from __future__ import annotations
 
-from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,8 @@ from bpc_perception.messages.path import path_to_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.nodes.parts.path_publisher import PathPublisher
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.nodes.parts.print_journal import PrintJournal
 from bpc_perception.recording.atomic import atomic_bag, inside
-from bpc_perception.recording.path_journal import OtherSettingsError, PathJournal
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig
@@ -42,7 +41,8 @@ class PathRecorderNode(Node):
         self._diagnostics = Diagnostics(self, watch=config.watch)
         self._diagnostics.expect(topics.EXTRUSION)
         self._publisher = PathPublisher(self, config.base_frame)
-        self._journal = self._resume()
+        self._journal = PrintJournal(config, self._diagnostics)
+        self._resume()
         subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
                         self._diagnostics, self._on_pose)
         self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
@@ -82,51 +82,24 @@ class PathRecorderNode(Node):
             self._diagnostics.refuse(
                 'extrusion_state: expected a later stamp than the last, found it late')
 
-    def _resume(self) -> PathJournal | None:
-        """Go on with the print that ran when the node was killed; where the rest is kept."""
-        config = self._config
-        if not config.state_folder:
-            return None
-        try:
-            journal = PathJournal(FilePath(config.state_folder), config)
-        except OSError as error:
-            self._diagnostics.refuse(f'state_folder: expected one to write to, found: {error}')
-            return None
+    def _resume(self) -> None:
+        """Go on with the print that ran when the node was killed."""
         now_ns = self.get_clock().now().nanoseconds
-        try:
-            path = journal.resume(now_ns, config.resume_within)
-        except OSError as error:
-            self._diagnostics.refuse(f'journal: expected a print to go on with, found: {error}')
-            return journal
-        except OtherSettingsError as error:
-            self._diagnostics.warn(f'{error}; it is not resumed')
-            return journal
+        path = self._journal.resume(now_ns)
         if path is not None:
             self._tracker.resume(path, now_ns)
             self._diagnostics.warn(f'print: {path.print_id} is resumed, without what was laid '
                                    'meanwhile')
-        return journal
 
     def _publish(self) -> None:
         growing = self._tracker.growing_path()
-        if growing is None:
-            return
-        if self._journal is not None:
-            try:
-                self._journal.take(growing, self.get_clock().now().nanoseconds)
-            except OSError as error:
-                self._diagnostics.refuse('journal: expected to keep the print on disk, '
-                                         f'found: {error}')
-        self._publisher.publish(growing)
+        if growing is not None:
+            self._journal.keep(growing, self.get_clock().now().nanoseconds)
+            self._publisher.publish(growing)
 
     def _forget(self) -> None:
         self._tracker.clear()
-        if self._journal is not None:
-            try:
-                self._journal.remove()
-            except OSError as error:
-                self._diagnostics.refuse('journal: expected to remove the print from disk, '
-                                         f'found: {error}')
+        self._journal.forget()
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._tracker.start(self.get_clock().now().nanoseconds)
@@ -161,9 +134,8 @@ class PathRecorderNode(Node):
         return response
 
     def destroy_node(self) -> None:
-        """Let go of the journal as well."""
-        if self._journal is not None:
-            self._journal.close()
+        """Close the journal as well."""
+        self._journal.close()
         super().destroy_node()
 
 

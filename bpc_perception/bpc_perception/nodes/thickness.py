@@ -1,4 +1,4 @@
-"""The thickness node: image, cloud and path in, thickness profile and rate advice out."""
+"""The thickness node: takes image, cloud and path, publishes thickness profile and rate advice."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
 class ThicknessNode(Node):
     """Measures each complete capture along the path; see docs/reference/nodes.
 
-    Without ``camera_topics`` captures are handed over by a camera in the same process.
+    Without ``camera_topics`` a camera driver in the same process hands captures over.
     """
 
     def __init__(self, camera_topics: bool = True, **kwargs: Any) -> None:
@@ -62,7 +62,7 @@ class ThicknessNode(Node):
             subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
                             self._diagnostics, self._on_pose)
         self._path = PathFollower(self, self._frame, self._on_path, self._diagnostics.refuse)
-        # Measured is after all messages that wait have been taken, since the newest wins.
+        # Captures are measured when all messages that wait have been taken: the newest wins.
         self._news = self.create_guard_condition(self._publish_results)
         self.create_timer(0.1, self._check_waiting, clock=steady_clock())
         self._jump = on_jump_back(self, self._clear)
@@ -78,7 +78,7 @@ class ThicknessNode(Node):
             self.hand_over(capture)
 
     def hand_over(self, capture: Capture) -> Event:
-        """Take a capture, from any thread; the event is set when it had its turn."""
+        """Take a capture, from any thread; return an event that is set when it had its turn."""
         turn = Event()
         self._diagnostics.heard(CAPTURES)
         self._handed_over.append((capture, time.monotonic_ns(), turn))

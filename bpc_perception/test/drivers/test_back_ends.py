@@ -23,7 +23,7 @@ def test_an_unknown_one_is_refused_naming_those_that_are_there() -> None:
 
 
 def test_one_that_cannot_be_loaded_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    broken = EntryPoint('broken', 'package_that_is_not_there:prepare', drivers.GROUP)
+    broken = EntryPoint('broken', 'package_that_is_not_there:prepare', drivers.ENTRY_POINT_GROUP)
     monkeypatch.setattr(drivers, 'entry_points', lambda **_: {broken})
     monkeypatch.setattr(drivers, 'back_ends', lambda: ['broken'])
     with pytest.raises(ValueError, match=r'expected broken to be installed, found: .*not_there'):

@@ -296,7 +296,7 @@ def test_a_recorder_on_a_full_disk_stays_and_says_so(tmp_path: Path, ros_domain:
 
 def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int,
                                                  monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bag_recorder, 'PATIENCE', 0.3)
+    monkeypatch.setattr(bag_recorder, 'MISSING_INPUT_PATIENCE_S', 0.3)
     graph = Graph(ros_domain)
     try:
         recorder = graph.make(BagRecorderNode, None, {'params.yaml': b'{}'},
@@ -339,7 +339,7 @@ def test_who_looks_on_a_recording_does_not_end_it(tmp_path: Path, ros_domain: in
 
 def test_a_recorder_whose_folder_is_moved_writes_on_and_says_so(
         tmp_path: Path, ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bag_recorder, 'PLACE_PERIOD', 0.1)
+    monkeypatch.setattr(bag_recorder, 'PLACE_PERIOD_S', 0.1)
     looks: list[int] = []
     graph = Graph(ros_domain)
     try:

@@ -1,1 +1,1 @@
-"""What several nodes share, or is a piece of one."""
+"""Parts that several nodes share, or that are a piece of one."""

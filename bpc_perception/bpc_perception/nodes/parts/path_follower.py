@@ -1,4 +1,4 @@
-"""The print's path as a node hears of it: whole now and then, and what is new at once."""
+"""Follow the path of a print: the whole path comes now and then, what is new at once."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from bpc_perception.messages.stamps import check_frame, ConversionError
 
 
 class PathFollower:
-    """Subscribes to a path and its updates, and tells of each change.
+    """Subscribes to a path and its updates, and reports each change.
 
     Args:
-        node: which subscribes.
-        frame_id: the frame in which the path has to be.
+        node: the node that subscribes.
+        frame_id: the frame in which the path must be.
         on_path: gets the path as far as it is known.
         on_refusal: gets the reason why a message cannot be used.
     """
@@ -42,7 +42,7 @@ class PathFollower:
         known = self._path
         if (known.print_id == message.print_id and not message.finished
                 and message.complete_until <= known.complete_until):
-            return  # the updates were quicker
+            return  # the updates came first
         if (path := self._converted(message)) is not None:
             self._path = GrowingPath(path.print_id, path.start_ns)
             self._extend(0, path)
@@ -62,5 +62,5 @@ class PathFollower:
             return None
 
     def _extend(self, first: int, path: Path) -> None:
-        if self._path.extend(first, path):  # or else the next whole path has what is missing
+        if self._path.extend(first, path):  # otherwise the next whole path has what is missing
             self._on_path(self._path.path())

@@ -1,4 +1,4 @@
-"""A node's flange poses, from the source that its parameters name."""
+"""Subscribe to flange poses, from the source that a node's parameters name."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.runtime.clock import expect_not_ahead
 from bpc_perception.runtime.diagnostics import Diagnostics
 
-TF_PERIOD = 0.01  # [s]
+TF_PERIOD_S = 0.01
 
 TakePose = Callable[[int, Array], None]
 
 
 def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, maximum_lead: float,
                     diagnostics: Diagnostics, take: TakePose) -> None:
-    """Hand stamp [ns] and T_base_flange (4, 4) of every pose to ``take``.
+    """Hand stamp [ns] and T_base_flange (4, 4) [m] of every pose to ``take``.
 
-    Messages that are no poses, or of the future by more than ``maximum_lead`` [s], are refused on
-    ``diagnostics``, which also watches that they come. Raises ValueError where the source
-    needs a package that is not installed.
+    Messages that are no poses, or more than ``maximum_lead`` [s] in the future, are refused on
+    ``diagnostics``, which also watches that poses come. Raises ValueError when the source needs a
+    package that is not installed.
     """
     if config.source == 'tf':
         _follow_tf(node, config, base_frame, maximum_lead, diagnostics, take)
@@ -66,7 +66,7 @@ def _follow_tf(node: Node, config: PoseConfig, base_frame: str, maximum_lead: fl
         raise ValueError(f'pose.source: expected tf2_ros to be installed for tf, '
                          f'found: {error}') from error
     buffer = tf2_ros.Buffer()
-    tf2_ros.TransformListener(buffer, node)  # the node's subscriptions keep it
+    tf2_ros.TransformListener(buffer, node)  # kept alive by the node's subscriptions
     latest = [0]
     diagnostics.expect('/tf')
 
@@ -85,4 +85,4 @@ def _follow_tf(node: Node, config: PoseConfig, base_frame: str, maximum_lead: fl
             diagnostics.heard('/tf')
             take(stamp_ns, pose)
 
-    node.create_timer(TF_PERIOD, look)
+    node.create_timer(TF_PERIOD_S, look)

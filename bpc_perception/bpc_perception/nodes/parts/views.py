@@ -1,4 +1,4 @@
-"""What the thickness node publishes for people to look at, while someone does."""
+"""Publish views of a result for people, while someone looks."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from bpc_perception.messages.views import (
     width_message,
 )
 
-MESSAGES: dict[str, Any] = {
+MAKE_MESSAGE: dict[str, Any] = {
     topics.MARKERS: markers_message, topics.OVERLAY: overlay_message,
     topics.WIDTH: width_message, topics.DEVIATION: deviation_message}
 
 
 class Views:
-    """Publishers of pictures of a result; one that nobody listens to costs nothing."""
+    """Publishers of the views of a result; a view without subscribers costs nothing."""
 
     def __init__(self, node: Node, frame_id: str) -> None:
         self._frame_id = frame_id
@@ -29,7 +29,7 @@ class Views:
                             for name, kind in topics.VIEWS.items()}
 
     def publish(self, result: Result) -> None:
-        """Publish a measured result, as far as someone listens."""
+        """Publish those views of a measured result that have subscribers."""
         for name, publisher in self._publishers.items():
             if publisher.get_subscription_count():
-                publisher.publish(MESSAGES[name](result, self._frame_id))
+                publisher.publish(MAKE_MESSAGE[name](result, self._frame_id))

@@ -1,4 +1,4 @@
-"""What thickness is wanted, as the thickness node's parameters say."""
+"""Ask the thickness node for its target, which its parameters hold."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from rclpy.node import Node
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.page.board import TargetBand
 
-NAMES = ['advice.target_thickness', 'advice.target_file', 'advice.dead_band']
+PARAMETER_NAMES = ['advice.target_thickness', 'advice.target_file', 'advice.dead_band']
 
 
-class GoalClient:
-    """Asks the thickness node for the target and the band around it.
+class TargetClient:
+    """Asks the thickness node for the target and the dead band around it.
 
     Args:
-        node: which asks.
-        on_goal: gets the answer; None = no target is set.
+        node: the node that asks.
+        on_target: gets the answer; None = no target is set.
         on_refusal: gets the reason why a target file cannot be read.
     """
 
-    def __init__(self, node: Node, on_goal: Callable[[TargetBand | None], None],
+    def __init__(self, node: Node, on_target: Callable[[TargetBand | None], None],
                  on_refusal: Callable[[str], None]) -> None:
-        self._on_goal = on_goal
+        self._on_target = on_target
         self._on_refusal = on_refusal
         self._client = node.create_client(GetParameters, 'thickness/get_parameters')
 
     def ask(self) -> None:
         """Ask, if there is a thickness node."""
         if self._client.service_is_ready():
-            self._client.call_async(GetParameters.Request(names=NAMES)).add_done_callback(
-                self._answered)
+            self._client.call_async(
+                GetParameters.Request(names=PARAMETER_NAMES)).add_done_callback(self._answered)
 
     def _answered(self, future: Any) -> None:
         values = future.result().values
-        if len(values) != len(NAMES):
+        if len(values) != len(PARAMETER_NAMES):
             return  # another node of that name
         thickness, file, dead_band = values
         try:
@@ -47,4 +47,4 @@ class GoalClient:
             self._on_refusal(str(error))
             return
         wanted = bool((targets.thickness > 0).all())
-        self._on_goal(TargetBand(targets, dead_band.double_value) if wanted else None)
+        self._on_target(TargetBand(targets, dead_band.double_value) if wanted else None)

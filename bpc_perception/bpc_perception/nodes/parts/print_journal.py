@@ -1,0 +1,64 @@
+"""Keep the running print on disk, as far as the disk allows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from bpc_perception.core.config import RecorderConfig
+from bpc_perception.core.path.growing_path import GrowingPath
+from bpc_perception.recording.path_journal import OtherSettingsError, PathJournal
+from bpc_perception.runtime.diagnostics import Diagnostics
+
+
+class PrintJournal:
+    """The journal of a path recorder, for which no print and no service fails.
+
+    What the disk refuses is refused on ``diagnostics``, and the node goes on without it. Without
+    ``state_folder`` there is no journal, and nothing is kept.
+    """
+
+    def __init__(self, config: RecorderConfig, diagnostics: Diagnostics) -> None:
+        self._diagnostics = diagnostics
+        self._resume_within = config.resume_within
+        self._journal: PathJournal | None = None
+        if config.state_folder:
+            with self._refusing('state_folder: expected one to write to'):
+                self._journal = PathJournal(Path(config.state_folder), config)
+
+    def resume(self, now_ns: int) -> GrowingPath | None:
+        """Return the print that ran when the node was killed; None = there is none to resume."""
+        if self._journal is None:
+            return None
+        try:
+            with self._refusing('journal: expected a print to go on with'):
+                return self._journal.resume(now_ns, self._resume_within)
+        except OtherSettingsError as error:
+            self._diagnostics.warn(f'{error}; it is not resumed')
+        return None
+
+    def keep(self, path: GrowingPath, now_ns: int) -> None:
+        """Write what is new of a path. Call it before the path is published."""
+        if self._journal is not None:
+            with self._refusing('journal: expected to keep the print on disk'):
+                self._journal.take(path, now_ns)
+
+    def forget(self) -> None:
+        """Remove the print from disk."""
+        if self._journal is not None:
+            with self._refusing('journal: expected to remove the print from disk'):
+                self._journal.remove()
+
+    def close(self) -> None:
+        """Close the file; what is in it stays."""
+        if self._journal is not None:
+            self._journal.close()
+
+    @contextmanager
+    def _refusing(self, expected: str) -> Iterator[None]:
+        """Refuse an OSError of the block with what was expected, instead of raising it."""
+        try:
+            yield
+        except OSError as error:
+            self._diagnostics.refuse(f'{expected}, found: {error}')
