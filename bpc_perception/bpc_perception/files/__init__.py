@@ -1,1 +1,1 @@
-"""Files that people write: calibrations and parameters."""
+"""Read and write the files of users: calibrations and parameters."""

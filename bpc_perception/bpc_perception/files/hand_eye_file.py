@@ -1,4 +1,4 @@
-"""Hand-eye calibration files."""
+"""Read and write hand-eye calibration files."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import pose_matrix
 from bpc_perception.files.yaml_file import FileError, read_yaml
 
-MOUNTS = {'eye_on_base': True, 'eye_in_hand': False}
-UNITS = {'m': 1.0, 'mm': 1e-3}  # [m]
-# Beyond the reach of the robot and its camera; as a rule millimetres taken for metres [m].
-FARTHEST = 5.0
-RIGID = 1e-4  # a matrix stored in single precision is a rotation to this
+MOUNTS = {'eye_on_base': True, 'eye_in_hand': False}  # name to whether it is on the base
+UNITS_M = {'m': 1.0, 'mm': 1e-3}
+# Farther is beyond the reach of the robot and its camera; then millimetres were taken for metres.
+LARGEST_DISTANCE_M = 5.0
+ROTATION_TOLERANCE = 1e-4  # how far a matrix in single precision may be from a rotation
 
 
 class HandEyeError(ValueError):
@@ -30,39 +30,36 @@ def load_hand_eye(path: str | Path) -> HandEye:
     """Read a hand-eye calibration: the pose of the camera's optical frame in its parent frame.
 
     The parent is the robot base (``eye_on_base``) or the flange (``eye_in_hand``). The file is
-    YAML of one of four forms, told apart by their keys:
+    YAML in one of four forms, which differ in their keys:
 
     - ``transform``: easy_handeye2, metres, the mount in ``parameters.calibration_type``;
     - ``transformation``: easy_handeye of ROS 1, metres, the mount in ``parameters.eye_on_hand``;
     - ``Data``, by itself or one level down: a 4x4 matrix, as the Zivid SDK saves it;
     - ``xyz`` and ``quaternion``: lists, the quaternion as x, y, z, w.
 
-    The last two say neither mount nor unit, so the keys ``calibration_type`` and ``unit``
+    The last two state neither mount nor unit, so the keys ``calibration_type`` and ``unit``
     (``mm`` or ``m``) have to be added at the top level: neither is guessed.
+
+    Raises HandEyeError.
     """
     if not str(path):
         raise HandEyeError('hand-eye calibration: expected a file, found none given')
     path = Path(path)
     content = _read(path)
-    form = next((key for key in FORMS if key in content), None) or (
-        'Data' if _find_matrix(content) is not None else None)
-    if form is None:
-        raise HandEyeError(f'{path}: expected a calibration with one of the keys '
-                           f'{", ".join(FORMS)}, found {", ".join(map(str, content)) or "none"}')
     try:
-        hand_eye = FORMS[form](content)
+        hand_eye = FORMS[_form(content)](content)
     except HandEyeError as error:
         raise HandEyeError(f'{path}: {error}') from None
     distance = float(np.linalg.norm(hand_eye.T_parent_camera[:3, 3]))
-    if distance > FARTHEST:
-        raise HandEyeError(f'{path}: expected a camera within {FARTHEST:g} m of its parent frame, '
-                           f'found {distance:g} m; is it in millimetres?')
+    if distance > LARGEST_DISTANCE_M:
+        raise HandEyeError(f'{path}: expected a camera within {LARGEST_DISTANCE_M:g} m of its '
+                           f'parent frame, found {distance:g} m; is it in millimetres?')
     return hand_eye
 
 
 def save_hand_eye(path: str | Path, hand_eye: HandEye, name: str, base_frame: str,
                   flange_frame: str, camera_frame: str) -> None:
-    """Write a calibration as easy_handeye2 does, whole or not at all."""
+    """Write a calibration in the form of easy_handeye2, whole or not at all. Raises OSError."""
     path = Path(path)
     mount = next(key for key, on_base in MOUNTS.items() if on_base == hand_eye.on_base)
     rotation = Rotation.from_matrix(hand_eye.T_parent_camera[:3, :3]).as_quat()
@@ -91,6 +88,17 @@ def _read(path: Path) -> dict[str, Any]:
     return content
 
 
+def _form(content: dict[str, Any]) -> str:
+    """Return the key of FORMS that the content has; that of a matrix may be one level down."""
+    for key in FORMS:
+        if key in content:
+            return key
+    if _find_matrix(content) is None:
+        raise HandEyeError(f'expected a calibration with one of the keys {", ".join(FORMS)}, '
+                           f'found {", ".join(map(str, content)) or "none"}')
+    return 'Data'
+
+
 def _easy_handeye2(content: dict[str, Any]) -> HandEye:
     on_base = _mount(_entry(content, 'parameters', 'calibration_type'))
     return HandEye(on_base, _pose(_numbers(_entry(content, 'transform', 'translation'), 'xyz'),
@@ -114,15 +122,21 @@ def _matrix(content: dict[str, Any]) -> HandEye:
         raise HandEyeError('expected Data with 4 x 4 finite numbers, found '
                            f'{" x ".join(map(str, T_parent_camera.shape))}')
     R = T_parent_camera[:3, :3]
-    excess = float(np.abs(R @ R.T - np.eye(3)).max())
-    if excess > RIGID or np.linalg.det(R) < 0:
-        raise HandEyeError('expected a rotation in Data, found a matrix that '
-                           + (f'is none by {excess:.2g}' if excess > RIGID else 'mirrors'))
+    _expect_rotation(R)
     if not np.allclose(T_parent_camera[3], (0, 0, 0, 1)):
         raise HandEyeError(f'expected Data to end with 0 0 0 1, found {T_parent_camera[3]}')
     T_parent_camera[:3, :3] = Rotation.from_matrix(R).as_matrix()
     T_parent_camera[:3, 3] *= _unit(content)
     return HandEye(_mount(content.get('calibration_type')), T_parent_camera)
+
+
+def _expect_rotation(R: Array) -> None:
+    excess = float(np.abs(R @ R.T - np.eye(3)).max())
+    if excess > ROTATION_TOLERANCE:
+        raise HandEyeError('expected a rotation in Data, found a matrix that is none by '
+                           f'{excess:.2g}')
+    if np.linalg.det(R) < 0:
+        raise HandEyeError('expected a rotation in Data, found a matrix that mirrors')
 
 
 def _plain(content: dict[str, Any]) -> HandEye:
@@ -141,7 +155,7 @@ FORMS: dict[str, Callable[[dict[str, Any]], HandEye]] = {
 
 
 def _find_matrix(content: dict[str, Any]) -> Any:
-    """The value of ``Data``, which the SDK puts below a key that names the type."""
+    """Return the value of ``Data``, which the SDK puts below a key that names the type."""
     inner = [value['Data'] for value in content.values()
              if isinstance(value, dict) and 'Data' in value]
     return content.get('Data', inner[0] if len(inner) == 1 else None)
@@ -156,10 +170,10 @@ def _mount(name: Any) -> bool:
 
 def _unit(content: dict[str, Any]) -> float:
     unit = content.get('unit')
-    if not isinstance(unit, str) or unit not in UNITS:
-        raise HandEyeError(f'expected unit {" or ".join(UNITS)}, found '
+    if not isinstance(unit, str) or unit not in UNITS_M:
+        raise HandEyeError(f'expected unit {" or ".join(UNITS_M)}, found '
                            + ('none' if unit is None else repr(unit)))
-    return UNITS[unit]
+    return UNITS_M[unit]
 
 
 def _entry(content: dict[str, Any], group: str, key: str) -> Any:

@@ -1,4 +1,4 @@
-"""ROS parameter files read without a graph, so that offline runs use the nodes' own settings."""
+"""Read ROS parameter files without a graph, so that offline runs use the settings of the nodes."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class ParameterFileError(ValueError):
 
 
 def configure(default: ConfigType, node: str, file: str | Path | None) -> ConfigType:
-    """A configuration with the values that a parameter file gives a node.
+    """Return a configuration with the values that a parameter file gives a node.
 
-    As with ROS, ``/**`` speaks to all nodes, so names unknown to this one are passed over there.
+    As in ROS, ``/**`` is for all nodes, so names there that this node does not know are left out.
 
     Raises:
         ParameterFileError: the file cannot be read or has another form.
@@ -27,7 +27,7 @@ def configure(default: ConfigType, node: str, file: str | Path | None) -> Config
 
 
 def given_values(default: Config, node: str, file: str | Path | None) -> dict[str, Any]:
-    """What a parameter file says of a node's parameters, by dotted name; checked by nobody yet.
+    """Return what a parameter file says of a node's parameters, by dotted name, unchecked.
 
     Raises ParameterFileError.
     """
@@ -39,16 +39,16 @@ def given_values(default: Config, node: str, file: str | Path | None) -> dict[st
         flat = dict(_flat(parameters))
         if selector.strip('/') == '**':
             values.update({name: value for name, value in flat.items() if name in known})
-        elif selector.rsplit('/', 1)[-1] == node:  # in whatever namespace
+        elif selector.rsplit('/', 1)[-1] == node:  # in any namespace
             values.update(flat)
     return values
 
 
 def live_recorder(file: str | Path | None) -> RecorderConfig:
-    """The path recorder's configuration for a real printer, whose nozzle has to be said.
+    """Return the path recorder's configuration for a real printer, with its nozzle offset.
 
-    Raises what ``configure`` raises, and ConfigError where nothing says ``nozzle_offset``: the
-    default would measure beside the bead without a word.
+    Raises what ``configure`` raises, and ConfigError when the file does not state
+    ``nozzle_offset``: with the default, bpc would silently measure beside the bead.
     """
     config = configure(RecorderConfig(), 'path_recorder', file)
     if 'nozzle_offset' not in given_values(config, 'path_recorder', file):
@@ -72,6 +72,7 @@ def _sections(path: Path) -> dict[str, dict[str, Any]]:
 
 
 def _flat(values: dict[str, Any], prefix: str = '') -> list[tuple[str, Any]]:
+    """Return the values of nested dictionaries, each with its dotted name."""
     found: list[tuple[str, Any]] = []
     for name, value in values.items():
         if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Files that people write in YAML, calibrations and parameters: small, plain, read with care."""
+"""Read YAML files that users write: small, of plain values, and possibly made to harm."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any
 
 import yaml
 
-LARGEST = 100_000  # a hundred times what such a file has [bytes]
-DEEPEST = 20  # nesting of YAML
+LARGEST_FILE_BYTES = 100_000  # a hundred times the size of such a file
+MOST_LEVELS = 20  # of nesting
 
 
 class FileError(ValueError):
@@ -16,19 +16,19 @@ class FileError(ValueError):
 
 
 def read_yaml(path: str | Path) -> Any:
-    """The content of a YAML file, made of plain values only. Raises FileError."""
+    """Return the content of a YAML file, made of plain values only. Raises FileError."""
     try:
-        with Path(path).open('rb') as file:  # its size may not be known, as that of a device
-            content = file.read(LARGEST + 1)
-        if len(content) > LARGEST:
-            raise ValueError(f'more than {LARGEST} bytes')
+        with Path(path).open('rb') as file:  # a device, for instance, has no known size
+            content = file.read(LARGEST_FILE_BYTES + 1)
+        if len(content) > LARGEST_FILE_BYTES:
+            raise ValueError(f'more than {LARGEST_FILE_BYTES} bytes')
         loader = PlainLoader(content.decode('utf-8'))
         try:
             return loader.get_single_data()
         finally:
             loader.dispose()
-    # For values that fit no type, such as !!bool x and 2024-99-99, PyYAML lets through whatever
-    # making them raises.
+    # PyYAML lets through whatever the construction of a value raises, for instance of !!bool x or
+    # 2024-99-99.
     except Exception as error:
         found = getattr(error, 'strerror', None) or str(error) or type(error).__name__
         raise FileError(
@@ -36,19 +36,19 @@ def read_yaml(path: str | Path) -> Any:
 
 
 class PlainLoader(yaml.SafeLoader):
-    """Knows neither Python's objects nor aliases, of which a few lines make a billion values.
+    """Loads neither Python objects nor aliases: a few lines of aliases make a billion values.
 
-    ROS knows none in its parameter files either.
+    ROS does not load aliases from parameter files either.
     """
 
     _depth = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """One value with all that is in it."""
+        """Compose one value with all that is in it."""
         if self.check_event(yaml.AliasEvent):
             raise yaml.YAMLError(f'an alias, *{self.peek_event().anchor}')
-        if self._depth >= DEEPEST:
-            raise yaml.YAMLError(f'more than {DEEPEST} levels')
+        if self._depth >= MOST_LEVELS:
+            raise yaml.YAMLError(f'more than {MOST_LEVELS} levels')
         self._depth += 1
         try:
             return super().compose_node(parent, index)

@@ -1,1 +1,1 @@
-"""Between ROS messages and the core: the only place where messages meet arrays."""
+"""Convert between ROS messages and core types: only here messages meet arrays."""

@@ -1,23 +1,21 @@
-"""Rate advice from and to messages."""
+"""Convert rate advice from and to messages."""
 
 from __future__ import annotations
 
 import numpy as np
 from std_msgs.msg import Header
 
-from bpc_interfaces.msg import (
-    RateAdvice as RateAdviceMsg,
-)
+from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
-# What advice says beyond its factors, under the same names in both forms.
-ADVICE_DETAILS = ('reference_time', 'expected_thickness', 'delivery', 'delivery_sigma', 'lag',
-                  'lag_sigma', 'flow_rate', 'plunger_velocity', 'speed')
+# Fields that have the same name in both forms.
+SHARED_FIELDS = ('reference_time', 'expected_thickness', 'delivery', 'delivery_sigma', 'lag',
+                 'lag_sigma', 'flow_rate', 'plunger_velocity', 'speed')
 
 
 def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:
-    """Advice as a message."""
+    """Convert advice to a message."""
     return RateAdviceMsg(
         header=Header(stamp=ns_to_stamp(advice.stamp_ns)), print_id=advice.print_id,
         valid=advice.valid, reason=int(advice.reason), target_thickness=advice.target_thickness,
@@ -26,11 +24,11 @@ def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:
         flow_rate_scale=advice.flow_rate_scale, speed_scale=advice.speed_scale,
         confidence=advice.confidence, measurement_age=advice.measurement_age,
         valid_until=ns_to_stamp(advice.valid_until_ns),
-        **{name: getattr(advice, name) for name in ADVICE_DETAILS})
+        **{name: getattr(advice, name) for name in SHARED_FIELDS})
 
 
 def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
-    """Advice from its message."""
+    """Convert advice from its message. Raises ConversionError for values that no advice has."""
     if message.reason not in list(Reason):
         raise ConversionError(f'rate_advice: expected a reason up to {max(Reason)}, '
                               f'found {message.reason}')
@@ -47,4 +45,4 @@ def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
         flow_rate_scale=message.flow_rate_scale, speed_scale=message.speed_scale,
         confidence=message.confidence, measurement_age=message.measurement_age,
         valid_until_ns=stamp_to_ns(message.valid_until),
-        **{name: getattr(message, name) for name in ADVICE_DETAILS})
+        **{name: getattr(message, name) for name in SHARED_FIELDS})

@@ -1,4 +1,4 @@
-"""Arrays into the fields of messages, large ones without copies, and out of them."""
+"""Put arrays into the fields of messages, large ones without a copy, and take them out."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from bpc_perception.messages.stamps import ConversionError
 
 
 def set_data(message: Any, values: NDArray[Any]) -> None:
-    """Let ``message.data`` be the bytes of a C-contiguous array, which must not change after.
+    """Make ``message.data`` the bytes of a C-contiguous array, which must not change afterwards.
 
-    The generated setter copies them, or walks through them one by one. What serializes
-    takes any buffer from the field behind it; should that change, the bytes are copied.
+    The generated setter copies the bytes, or checks them one by one. Serialization takes any
+    buffer from the private field of the property. Should that change, the bytes are copied.
     """
     _setter()(message, values.reshape(-1).view(np.uint8).data)
 
 
 @cache
 def _setter() -> Callable[[Any, memoryview], None]:
-    """The fastest way that gives the right bytes, found out on a few."""
+    """Return the fastest way that gives the right bytes for a small sample."""
     sample = np.arange(10, dtype=np.uint8)
     wanted, tried = Image(), Image()
     _copied(wanted, sample.data)
-    with suppress(Exception):  # whatever another version says to a field of another kind
+    with suppress(Exception):  # whatever another version raises for a field of another type
         _shared(tried, sample.data)
         if bytes(serialize_message(tried)) == bytes(serialize_message(wanted)):
             return _shared
@@ -50,17 +50,17 @@ def _copied(message: Any, data: memoryview) -> None:
 
 
 def floats_field(values: Array) -> array[float]:
-    """Values (N,) as what a field float64[] takes fastest."""
+    """Return values (N,) in the type that a field float64[] takes fastest."""
     return array('d', values.astype(np.float64).tobytes())
 
 
 def axes_fields(prefix: str, points: Array) -> dict[str, array[float]]:
-    """Points (N, 3) as the three fields x, y, z with a prefix."""
+    """Return points (N, 3) as the three fields x, y, z with a prefix."""
     return {prefix + axis: floats_field(points[:, index]) for index, axis in enumerate('xyz')}
 
 
 def points_of(message: Any, prefix: str) -> Array:
-    """Points (N, 3) of the three fields x, y, z with a prefix."""
+    """Return the points (N, 3) of the three fields x, y, z with a prefix."""
     return np.column_stack([np.array(getattr(message, prefix + axis)) for axis in 'xyz'])
 
 

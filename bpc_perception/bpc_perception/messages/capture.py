@@ -1,4 +1,4 @@
-"""Captures from and to the messages of the vendor's camera node."""
+"""Convert captures from and to the messages of the vendor's camera node."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.messages.array_fields import set_data
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
-# Where red, green and blue lie in a pixel, and how many bytes it has.
+# Where red, green and blue lie in a pixel, and the bytes of a pixel.
 IMAGE_ENCODINGS = {'rgba8': (slice(0, 3), 4), 'rgb8': (slice(0, 3), 3),
                    'bgr8': (slice(2, None, -1), 3), 'bgra8': (slice(2, None, -1), 4)}
+# Possible numbers of coefficients.
 DISTORTION_MODELS = {'': (0,), 'plumb_bob': (0, 4, 5), 'rational_polynomial': (8,)}
 
 
 def image_to_rgb(message: Image) -> NDArray[np.uint8]:
-    """The image as a view RGB (H, W, 3), uint8."""
+    """Return the image as a view RGB (H, W, 3), uint8. Raises ConversionError."""
     if message.encoding not in IMAGE_ENCODINGS:
         raise ConversionError(f'image: expected encoding {", ".join(IMAGE_ENCODINGS)}, '
                               f'found "{message.encoding}"')
@@ -35,32 +36,40 @@ def image_to_rgb(message: Image) -> NDArray[np.uint8]:
 
 
 def cloud_to_xyz(message: PointCloud2) -> NDArray[np.float32]:
-    """The points of an organized cloud as a view (H, W, 3), float32 [m]; NaN = none."""
+    """Return the points of an organized cloud (H, W, 3), float32 [m], in its frame; NaN = none.
+
+    They are a view if x, y and z lie together in the byte order of this computer. Raises
+    ConversionError.
+    """
     if message.height < 2:
         raise ConversionError('cloud: expected an organized cloud, found '
                               f'{message.width} x {message.height} points')
-    offsets = []
-    for name in ('x', 'y', 'z'):
-        found = [field for field in message.fields if field.name == name]
-        if not found or found[0].datatype != PointField.FLOAT32:
-            raise ConversionError(f'cloud: expected a FLOAT32 field {name}, found '
-                                  f'{[(field.name, field.datatype) for field in message.fields]}')
-        offsets.append(found[0].offset)
+    offsets = [_axis_offset(message, axis) for axis in 'xyz']
     if max(offsets) + 4 > message.point_step:
         raise ConversionError(f'cloud: expected fields within point_step {message.point_step}, '
                               f'found offsets {offsets}')
     _check_layout('cloud', message, message.row_step, message.width * message.point_step)
     kind = np.dtype('>f4' if message.is_bigendian else '<f4')
-    axes: list[NDArray[np.float32]] = [
-        np.ndarray((message.height, message.width), kind, message.data, offset,
-                   (message.row_step, message.point_step)) for offset in offsets]
     if offsets == [offsets[0], offsets[0] + 4, offsets[0] + 8] and not message.is_bigendian:
         return np.ndarray((message.height, message.width, 3), kind, message.data, offsets[0],
                           (message.row_step, message.point_step, 4))
+    axes: list[NDArray[np.float32]] = [
+        np.ndarray((message.height, message.width), kind, message.data, offset,
+                   (message.row_step, message.point_step)) for offset in offsets]
     return np.stack(axes, axis=2).astype(np.float32)
 
 
+def _axis_offset(message: PointCloud2, axis: str) -> int:
+    """Return the offset of a coordinate in a point [bytes]. Raises ConversionError."""
+    found = next((field for field in message.fields if field.name == axis), None)
+    if found is None or found.datatype != PointField.FLOAT32:
+        raise ConversionError(f'cloud: expected a FLOAT32 field {axis}, found '
+                              f'{[(field.name, field.datatype) for field in message.fields]}')
+    return int(found.offset)
+
+
 def _check_layout(name: str, message: Any, step: int, least_step: int) -> None:
+    """Raise ConversionError unless the data have all rows of ``step`` bytes each."""
     if message.width == 0 or message.height == 0:
         raise ConversionError(f'{name}: expected pixels, found {message.width} x {message.height}')
     if step < least_step:
@@ -72,7 +81,7 @@ def _check_layout(name: str, message: Any, step: int, least_step: int) -> None:
 
 
 def camera_from_info(message: CameraInfo) -> PinholeCamera:
-    """The intrinsics of a calibrated camera."""
+    """Return the intrinsics of a calibrated camera. Raises ConversionError."""
     K = np.array(message.k, np.float64).reshape(3, 3)
     if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
         raise ConversionError(f'camera_info: expected a calibrated camera, found K {K.tolist()}')
@@ -86,7 +95,10 @@ def camera_from_info(message: CameraInfo) -> PinholeCamera:
 
 
 def capture_from_messages(image: Image, info: CameraInfo, cloud: PointCloud2) -> Capture:
-    """The capture that image, camera info and cloud of one header make up."""
+    """Make the capture of an image, a camera info and a cloud with one stamp and size.
+
+    Raises ConversionError.
+    """
     stamps = [stamp_to_ns(message.header.stamp) for message in (image, info, cloud)]
     if len(set(stamps)) > 1:
         raise ConversionError('capture: expected one stamp for image, camera_info and cloud, '
@@ -100,9 +112,9 @@ def capture_from_messages(image: Image, info: CameraInfo, cloud: PointCloud2) ->
 
 
 def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud2]:
-    """A capture as the messages of the vendor's node: rgba8, 16 bytes a point.
+    """Convert a capture to the messages of the vendor's node: rgba8, 16 bytes a point.
 
-    The distortion is plumb_bob as there, unless it has the eight terms of rational_polynomial.
+    The distortion model is plumb_bob as there, or rational_polynomial when it has eight terms.
     """
     header = Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id)
     height, width = capture.image.shape[:2]
@@ -132,7 +144,7 @@ def capture_to_messages(capture: Capture) -> tuple[Image, CameraInfo, PointCloud
 
 
 def snr_to_message(capture: Capture) -> Image:
-    """The signal-to-noise ratio of a capture that has one, as the vendor's node sends it."""
+    """Return the signal-to-noise ratio of a capture that has one, as the vendor's node does."""
     assert capture.snr is not None
     height, width = capture.snr.shape
     return Image(header=Header(stamp=ns_to_stamp(capture.stamp_ns), frame_id=capture.frame_id),

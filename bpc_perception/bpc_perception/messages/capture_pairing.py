@@ -1,4 +1,4 @@
-"""Captures made of the camera's messages, which come one topic each."""
+"""Make captures of the camera's messages, which come on one topic each."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class CapturePairer:
         self._pairer: StampPairer[Any] = StampPairer(tuple(topics.CAMERA))
 
     def add(self, name: str, message: Any, received_ns: int = 0) -> Capture | None:
-        """Take a message of a camera topic; the capture it completes, if it does.
+        """Take a message of a camera topic; return the capture that it completes, if any.
 
-        Raises ConversionError when the messages do not make up a capture.
+        Raises ConversionError when the messages of one stamp make no capture.
         """
         stamp_ns = stamp_to_ns(message.header.stamp)
         parts = self._pairer.add(name, stamp_ns, message, received_ns)
@@ -30,14 +30,14 @@ class CapturePairer:
             parts[topics.IMAGE], parts[topics.CAMERA_INFO], parts[topics.CLOUD])
 
     def overtaken(self, stamp_ns: int) -> int:
-        """Forget captures older than this of which only the camera info came; how many.
+        """Forget captures older than this with nothing but a camera info; return their number.
 
-        Queues hold many of these, but few images and clouds: those were pushed out by newer ones.
+        Queues hold many camera infos, but few images and clouds: newer ones pushed those out.
         """
         return self._pairer.overtaken(stamp_ns, topics.CAMERA_INFO)
 
     def give_up(self, before_ns: int = 0) -> list[str]:
-        """Forget captures begun before this time and the oldest of many; what each lacks."""
+        """Forget captures begun before this time, or the oldest of many; return what they lack."""
         return [f'capture: expected {", ".join(topics.CAMERA)} of one stamp, '
                 f'found no {" and no ".join(missing)}'
                 for missing in self._pairer.expired(before_ns)]

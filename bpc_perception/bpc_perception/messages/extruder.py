@@ -1,4 +1,4 @@
-"""The extruder's state from and to messages."""
+"""Convert extruder states from and to messages."""
 
 from __future__ import annotations
 
@@ -8,18 +8,16 @@ import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from bpc_interfaces.msg import (
-    ExtrusionState,
-)
+from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.core.extruder.plunger import PlungerMotion
 from bpc_perception.core.extruder.sample import ExtruderSample
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
 
 def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
-    """The part of the extruder's state that the path carries.
+    """Return that part of the extruder's state that the path carries.
 
-    What an extruder does that stopped with an error is not known.
+    After an error it is not known what the extruder does.
     """
     if message.error_status:
         return ExtruderSample(stamp_to_ns(message.header.stamp), False, math.nan, math.nan)
@@ -29,7 +27,7 @@ def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
 
 def extruder_to_message(stamp_ns: int, motion: PlungerMotion,
                         error_status: int = 0) -> ExtrusionState:
-    """The extruder's state as a message."""
+    """Convert the extruder's state to a message."""
     return ExtrusionState(
         header=Header(stamp=ns_to_stamp(stamp_ns)), extruding=motion.extruding,
         plunger_velocity=motion.velocity, plunger_position=motion.position,
@@ -38,7 +36,10 @@ def extruder_to_message(stamp_ns: int, motion: PlungerMotion,
 
 
 def joint_motion(message: JointState, joint: str) -> tuple[float, float]:
-    """Velocity [m/s] and position [m] of a prismatic joint; NaN = not told."""
+    """Return velocity [m/s] and position [m] of a prismatic joint; a position may be NaN.
+
+    Raises ConversionError when the message has no such joint, or no velocity of it.
+    """
     if joint not in message.name:
         raise ConversionError(f'{joint}: expected this joint, '
                               f'found {", ".join(message.name) or "none"}')

@@ -1,4 +1,4 @@
-"""Stamped poses of the flange, from whatever a robot publishes of them."""
+"""Read stamped poses of the flange from the messages of any robot."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from bpc_perception.messages.pose import joints_to_matrix, lbr_state_to_matrix, 
 from bpc_perception.messages.stamps import check_frame, ConversionError, stamp_to_ns
 from bpc_perception.messages.types import message_type
 
-LBR_STATE_TYPE = 'lbr_fri_idl/msg/LBRState'  # has no package among the wheels
+LBR_STATE_TYPE = 'lbr_fri_idl/msg/LBRState'  # no wheel of its package exists
 
 
 class FlangePoses:
-    """Reads the messages of one source.
+    """Reads the messages of one source of poses.
 
     Attributes:
         topic: relative name of its topic.
-        message_class: their type.
+        message_class: class of its messages.
     """
 
     def __init__(self, config: PoseConfig, base_frame: str) -> None:
-        """Raises BagError where the source's messages are not installed."""
+        """Raises MessageTypeError when the messages of the source are not installed."""
         self._config = config
         self._base_frame = base_frame
         self._controller = ClockOffset()
-        # Messages of tf are followed by tf2 alone; a recording has the path instead.
+        # Only tf2 follows the messages of tf; a recording has the path instead.
         self.topic = {'joint_states': topics.JOINTS, 'lbr_state': topics.LBR_STATE,
                       'tf': '/tf'}.get(config.source, topics.POSE)
         self.message_class: Any = {'pose': Pose, 'joint_states': JointState}.get(
@@ -40,14 +40,14 @@ class FlangePoses:
             self.message_class = message_type(LBR_STATE_TYPE)
 
     def read(self, message: Any, received_ns: int) -> tuple[int, Array]:
-        """Stamp [ns] and T_base_flange (4, 4) of a message that came at ``received_ns``.
+        """Return stamp [ns] and T_base_flange (4, 4) [m] of a message received at this time.
 
         Raises ConversionError.
         """
         source, robot = self._config.source, self._config.robot
-        if source == 'pose':  # says neither when nor in which frame
+        if source == 'pose':  # has neither stamp nor frame
             return received_ns, pose_to_matrix(message)
-        if source == 'lbr_state':  # stamped by the clock of the robot's controller
+        if source == 'lbr_state':  # has a stamp of the clock of the robot's controller
             controller_ns, T_base_flange = lbr_state_to_matrix(message, robot)
             return self._controller.map(controller_ns, received_ns), T_base_flange
         stamp_ns = stamp_to_ns(message.header.stamp)

@@ -1,4 +1,4 @@
-"""Deposition paths from and to messages."""
+"""Convert deposition paths from and to messages."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from nav_msgs.msg import Path
 import numpy as np
 from std_msgs.msg import Header
 
-from bpc_interfaces.msg import (
-    DepositionPath as DepositionPathMsg,
-)
+from bpc_interfaces.msg import DepositionPath as DepositionPathMsg
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.messages.array_fields import (
     axes_fields,
@@ -19,11 +17,11 @@ from bpc_perception.messages.array_fields import (
 )
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
-NAV_POSES = 2000  # at most in a path to look at
+MOST_NAV_POSES = 2000  # in a path for viewers
 
 
 def path_to_message(path: DepositionPath, frame_id: str) -> DepositionPathMsg:
-    """A path in the robot base frame as a message."""
+    """Convert a path in the robot base frame, named ``frame_id``, to a message."""
     return DepositionPathMsg(
         header=Header(stamp=ns_to_stamp(path.start_ns), frame_id=frame_id),
         print_id=path.print_id, complete_until=path.complete_until, finished=path.finished,
@@ -33,7 +31,7 @@ def path_to_message(path: DepositionPath, frame_id: str) -> DepositionPathMsg:
 
 
 def path_from_message(message: DepositionPathMsg) -> DepositionPath:
-    """A path from its message."""
+    """Convert a path from its message. Raises ConversionError for impossible values."""
     names = ('time', 'arc_length', 'x', 'y', 'z', 'plunger_velocity', 'flow_rate', 'extruding')
     check_lengths('deposition_path', message, names)
     time, arc_length = np.array(message.time), np.array(message.arc_length)
@@ -51,11 +49,11 @@ def path_from_message(message: DepositionPathMsg) -> DepositionPath:
 
 
 def path_to_nav(path: DepositionPath, frame_id: str) -> Path:
-    """A path for RViz and Foxglove: positions, each with its time; orientation is not known.
+    """Convert a path for RViz and Foxglove: positions with their times, without orientations.
 
-    Of a long path only every n-th point, and the last: a pose is a slow thing in Python.
+    A long path is thinned to every n-th point and the last, because poses are slow in Python.
     """
-    shown = np.arange(len(path) - 1, -1, -(len(path) // NAV_POSES + 1))[::-1]
+    shown = np.arange(len(path) - 1, -1, -(len(path) // MOST_NAV_POSES + 1))[::-1]
     poses = []
     for time, (x, y, z) in zip(path.time[shown].tolist(), path.points[shown].tolist(),
                                strict=True):

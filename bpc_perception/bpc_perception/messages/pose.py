@@ -1,4 +1,4 @@
-"""Poses of the flange from and to messages, whatever publishes them."""
+"""Convert poses of the flange from and to the messages of any robot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bpc_perception.messages.stamps import ConversionError, ns_to_stamp
 
 
 def pose_to_matrix(message: Pose) -> Array:
-    """The 4x4 transform of a pose."""
+    """Return the transform (4, 4) [m] of a pose. Raises ConversionError when it is none."""
     p, q = message.position, message.orientation
     try:
         return pose_matrix(np.array((p.x, p.y, p.z)), np.array((q.x, q.y, q.z, q.w)))
@@ -26,7 +26,10 @@ def pose_to_matrix(message: Pose) -> Array:
 
 
 def joints_to_matrix(message: JointState, robot: str) -> Array:
-    """T_base_flange (4, 4) of a robot whose joints are among those of the message."""
+    """Return T_base_flange (4, 4) [m] of a robot with joints among those of the message.
+
+    Raises ConversionError.
+    """
     try:
         return flange_pose(robot, order_joints(message.name, message.position))
     except ValueError as error:
@@ -34,7 +37,10 @@ def joints_to_matrix(message: JointState, robot: str) -> Array:
 
 
 def lbr_state_to_matrix(message: Any, robot: str) -> tuple[int, Array]:
-    """Controller time [ns] and T_base_flange (4, 4) of an lbr_fri_idl/LBRState."""
+    """Return controller time [ns] and T_base_flange (4, 4) [m] of an lbr_fri_idl/LBRState.
+
+    Raises ConversionError.
+    """
     try:
         pose = flange_pose(robot, np.array(message.measured_joint_position, np.float64))
     except ValueError as error:
@@ -43,14 +49,14 @@ def lbr_state_to_matrix(message: Any, robot: str) -> tuple[int, Array]:
 
 
 def transform_to_matrix(message: Transform) -> Array:
-    """The 4x4 transform of a tf2 transform."""
+    """Return the transform (4, 4) [m] of a tf2 transform. Raises ConversionError."""
     t = message.translation
     return pose_to_matrix(Pose(position=Point(x=t.x, y=t.y, z=t.z),
                                orientation=message.rotation))
 
 
 def pose_to_message(stamp_ns: int, frame_id: str, T_frame_body: Array) -> PoseStamped:
-    """A stamped pose of a 4x4 transform."""
+    """Convert a transform (4, 4) [m] to a stamped pose."""
     x, y, z, w = Rotation.from_matrix(T_frame_body[:3, :3]).as_quat().tolist()
     px, py, pz = T_frame_body[:3, 3].tolist()
     return PoseStamped(

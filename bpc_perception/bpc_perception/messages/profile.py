@@ -1,4 +1,4 @@
-"""Thickness profiles from and to messages."""
+"""Convert thickness profiles from and to messages."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from array import array
 import numpy as np
 from std_msgs.msg import Header
 
-from bpc_interfaces.msg import (
-    ThicknessProfile as ThicknessProfileMsg,
-)
+from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.messages.array_fields import (
     axes_fields,
@@ -21,7 +19,7 @@ from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_t
 
 
 def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessProfileMsg:
-    """A profile in the robot base frame as a message."""
+    """Convert a profile in the robot base frame, named ``frame_id``, to a message."""
     summary = profile.summary
     return ThicknessProfileMsg(
         header=Header(stamp=ns_to_stamp(profile.stamp_ns), frame_id=frame_id),
@@ -41,7 +39,7 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
 
 
 def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
-    """A profile from its message; raises ConversionError for what no measurement gives."""
+    """Convert a profile from its message. Raises ConversionError for impossible values."""
     axes = [side + axis for side in ('', 'left_', 'right_') for axis in 'xyz']
     check_lengths('thickness_profile', message, (
         'time', 'arc_length', *axes, 'extruding', 'status', 'thickness', 'thickness_sigma',

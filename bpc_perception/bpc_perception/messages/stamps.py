@@ -1,4 +1,4 @@
-"""Stamps and frames of messages, and the error of what cannot be converted faithfully."""
+"""Convert stamps, check frames; and the error for what cannot be converted faithfully."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ class ConversionError(ValueError):
 
 
 def stamp_to_ns(stamp: Time) -> int:
-    """Nanoseconds of a message's stamp."""
+    """Convert the stamp of a message to nanoseconds."""
     return int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:
-    """The message's form of a stamp [ns]."""
+    """Convert nanoseconds to the stamp of a message."""
     return Time(sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
 
 
 def check_frame(name: str, message: Any, frame_id: str) -> None:
-    """Raise ConversionError where a message is in another frame; an empty name is no other."""
+    """Raise ConversionError when a message names another frame than ``frame_id``."""
     if message.header.frame_id not in ('', frame_id):
         raise ConversionError(f'{name}: expected frame {frame_id}, '
                               f'found {message.header.frame_id}')

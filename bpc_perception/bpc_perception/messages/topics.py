@@ -1,4 +1,4 @@
-"""Names, types and quality of service of the suite's topics; names are relative."""
+"""Names, types and quality of service of all topics of bpc; names are relative."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ CAMERA: dict[str, Any] = {IMAGE: Image, CAMERA_INFO: CameraInfo, CLOUD: PointClo
 SNR = 'snr/image'  # optional, Image
 POSE, EXTRUSION = 'end_effector_pose', 'extrusion_state'
 PRINT: dict[str, Any] = {POSE: PoseStamped, EXTRUSION: ExtrusionState}
-# Other sources of the flange's pose, each in place of POSE.
+# Other sources of the flange's pose; one of them may replace POSE.
 JOINTS, LBR_STATE = 'joint_states', 'lbr_state'
-ROBOT: dict[str, Any] = {POSE: PoseStamped, JOINTS: JointState}  # what has a package anywhere
+ROBOT: dict[str, Any] = {POSE: PoseStamped, JOINTS: JointState}  # types that are always installed
 POSES = *ROBOT, LBR_STATE
-# What other extruders say of themselves.
+# States of other extruders.
 PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
@@ -33,27 +33,27 @@ WIDTH, DEVIATION = 'thickness/width', 'thickness/deviation'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
                            ADVICE: RateAdvice, '/diagnostics': DiagnosticArray}
 
-# For people to look at; made only while someone does.
+# For people; made only while someone subscribes.
 VIEWS: dict[str, Any] = {MARKERS: MarkerArray, OVERLAY: Image, WIDTH: Float64,
                          DEVIATION: Float64}
 
-# Reliable as the vendor's camera node publishes; shallow, since a message may be 37 MB.
+# Reliable, as the vendor's camera node publishes; shallow, since a message may have 37 MB.
 CAMERA_QOS = QoSProfile(depth=2, reliability=ReliabilityPolicy.RELIABLE)
-# Small, so that those who are too slow for all captures know of each.
+# These messages are small: with a deep queue, even a slow subscriber knows of each capture.
 CAMERA_INFO_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
-# Sensor data, but deep enough for what a 1000 Hz robot sends while a busy machine has no time.
+# Sensor data, but deep enough for a robot that sends at 1000 Hz to a busy machine.
 POSE_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.BEST_EFFORT)
 EXTRUSION_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
-# The whole path is in each message, so a late subscriber needs the last one only.
+# Each message has the whole path, so a late subscriber needs only the last one.
 PATH_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 PATH_UPDATE_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
-# The last is enough, also for who comes to look between two captures.
+# The last one is enough, also for a subscriber that comes between two captures.
 VIEW_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RESULT_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 
 def type_name(message_class: Any) -> str:
-    """The name of a message class, such as ``sensor_msgs/msg/Image``."""
+    """Return the name of a message class, such as ``sensor_msgs/msg/Image``."""
     return f'{message_class.__module__.split(".")[0]}/msg/{message_class.__name__}'

@@ -1,4 +1,4 @@
-"""Message types by name."""
+"""Find message types by their names."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from ament_index_python.packages import get_package_share_directory
 
 
 class MessageTypeError(ValueError):
-    """A message type is not known here; the message names it."""
+    """A message type is not installed; the message names it."""
 
 
 @cache
 def message_type(type_name: str) -> Any:
-    """The Python class of a message type such as ``sensor_msgs/msg/Image``."""
+    """Return the Python class of a message type such as ``sensor_msgs/msg/Image``.
+
+    Raises MessageTypeError.
+    """
     try:
         package, kind, name = type_name.split('/')
         return getattr(import_module(f'{package}.{kind}'), name)
@@ -27,7 +30,10 @@ def message_type(type_name: str) -> Any:
 
 @cache
 def message_definition(type_name: str) -> str:
-    """The text of a message type and of all it uses, as rosbag2 stores it."""
+    """Return the text of a message type and of all types that it uses, as rosbag2 stores it.
+
+    Raises MessageTypeError.
+    """
     texts: dict[str, str] = {}
     pending = [type_name.replace('/msg/', '/')]
     while pending:
@@ -41,14 +47,21 @@ def message_definition(type_name: str) -> str:
         except (ValueError, LookupError, OSError) as error:
             raise MessageTypeError('message type: expected one that is installed, '
                                    f'found {type_name}') from error
-        for line in texts[name].splitlines():
-            field = line.split('#')[0].split()
-            base = field[0].split('[')[0] if len(field) >= 2 else ''
-            if '/' in base:
-                pending.append(base.replace('/msg/', '/'))
-            elif base[:1].isupper():
-                pending.append(f'{package}/{base}')
+        pending += _used_types(package, texts[name])
     first, *others = texts
     separator = '=' * 80
     return texts[first] + ''.join(
         f'\n{separator}\nMSG: {name}\n{texts[name]}' for name in others)
+
+
+def _used_types(package: str, text: str) -> list[str]:
+    """Return the types, such as ``std_msgs/Header``, of the fields of a message of a package."""
+    found = []
+    for line in text.splitlines():
+        field = line.split('#')[0].split()
+        base = field[0].split('[')[0] if len(field) >= 2 else ''
+        if '/' in base:
+            found.append(base.replace('/msg/', '/'))
+        elif base[:1].isupper():
+            found.append(f'{package}/{base}')
+    return found

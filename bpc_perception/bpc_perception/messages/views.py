@@ -1,4 +1,4 @@
-"""Results as messages for RViz, Foxglove, PlotJuggler and rqt: markers, overlay, scalars.
+"""Make messages of results for RViz, Foxglove, PlotJuggler and rqt: markers, overlay, scalars.
 
 As for all messages, lengths are in metres and positions in the robot base frame.
 """
@@ -29,12 +29,12 @@ from bpc_perception.display.wording import advice_in_words, label
 from bpc_perception.messages.array_fields import set_data
 from bpc_perception.messages.stamps import ns_to_stamp
 
-MOST = 1000  # samples shown: each point is an object, which takes its time
-DOT, TEXT = 6e-4, 4e-3  # size of dots, height of letters [m]
+MOST_SAMPLES = 1000  # in markers: each point is an object, which takes time
+DOT_SIZE_M, TEXT_HEIGHT_M = 6e-4, 4e-3
 
 
 def overlay_message(result: Result, _: str) -> Image:
-    """The camera's image with what was measured drawn over it, as rgb8."""
+    """Draw the measurement over the camera's image, as rgb8."""
     picture = draw_overlay(result)
     height, width = picture.shape[:2]
     header = Header(stamp=ns_to_stamp(result.capture.stamp_ns), frame_id=result.capture.frame_id)
@@ -44,13 +44,13 @@ def overlay_message(result: Result, _: str) -> Image:
 
 
 def width_message(result: Result, _: str) -> Float64:
-    """The thickness over the window that the advice looks at [m]; NaN = not known."""
+    """Return the thickness over the window of the advice [m]; NaN = not known."""
     assert result.advice is not None
     return Float64(data=float(result.advice.measured_thickness))
 
 
 def deviation_message(result: Result, _: str) -> Float64:
-    """How far that thickness is off its target, as a share of it; NaN = not known."""
+    """Return the deviation of that thickness from its target, as a share; NaN = not known."""
     assert result.advice is not None
     target = result.advice.target_thickness
     off = result.advice.measured_thickness / target - 1 if target > 0 else np.nan
@@ -58,16 +58,16 @@ def deviation_message(result: Result, _: str) -> Float64:
 
 
 def markers_message(result: Result, frame_id: str) -> MarkerArray:
-    """The filament as a ribbon coloured by its deviation from the target, sides, gaps and words.
+    """Make markers of the filament: a ribbon, its sides, samples without thickness, the advice.
 
-    Without a target the deviation is from the median. The first marker takes away those of the
-    profile before. All stay until then.
+    The ribbon is coloured by its deviation from the target, or from the median without a target.
+    The first marker deletes those of the profile before; all stay until then.
     """
     profile, advice = result.profile, result.advice
     assert profile is not None
     assert advice is not None
-    header = Header(stamp=Time(), frame_id=frame_id)  # of stamp 0: shown in the newest transform
-    shown = np.arange(0, len(profile), -(-len(profile) // MOST) or 1)
+    header = Header(stamp=Time(), frame_id=frame_id)  # stamp 0: viewers take the newest transform
+    shown = np.arange(0, len(profile), -(-len(profile) // MOST_SAMPLES) or 1)
     target = advice.target_thickness
     usual = target if target > 0 else profile.summary.thickness_median
     markers = [Marker(action=Marker.DELETEALL)]
@@ -81,17 +81,16 @@ def markers_message(result: Result, frame_id: str) -> MarkerArray:
             markers += _dots(label(status), profile.points[shown][profile.status[shown] == status],
                              STATUS_COLOURS[status])
     if len(profile):
-        markers.append(_marker('advice', Marker.TEXT_VIEW_FACING, TARGET_COLOUR, z=TEXT,
+        markers.append(_marker('advice', Marker.TEXT_VIEW_FACING, TARGET_COLOUR, z=TEXT_HEIGHT_M,
                                text=advice_in_words(advice),
-                               pose=Pose(position=_point(profile.points[-1] + (0, 0, 2 * TEXT)),
-                                         orientation=Quaternion(w=1.0))))
+                               pose=_upright(profile.points[-1] + (0, 0, 2 * TEXT_HEIGHT_M))))
     for marker in markers:
         marker.header = header
     return MarkerArray(markers=markers)
 
 
 def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) -> list[Marker]:
-    """Two triangles from each sample to the next where both are measured."""
+    """Draw two triangles from each sample to the next if both are measured."""
     colours = deviation_colours(profile.thickness[shown] / usual - 1)
     left, right = profile.left_points[shown], profile.right_points[shown]
     measured = profile.status[shown] == Status.MEASURED
@@ -110,17 +109,21 @@ def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) ->
 def _dots(name: str, points: Array, colour: str) -> list[Marker]:
     if not len(points):
         return []
-    return [_marker(name, Marker.SPHERE_LIST, colour, x=DOT, y=DOT, z=DOT,
-                    points=[_point(point) for point in points])]
+    return [_marker(name, Marker.SPHERE_LIST, colour, x=DOT_SIZE_M, y=DOT_SIZE_M,
+                    z=DOT_SIZE_M, points=[_point(point) for point in points])]
 
 
 def _marker(namespace: str, kind: int, colour: str, x: float = 0.0, y: float = 0.0,
             z: float = 0.0, **more: object) -> Marker:
-    """A marker that stays; x, y, z are its scale [m]."""
+    """Make a marker that stays; x, y, z are its scale [m]."""
     marker = Marker(ns=namespace, type=kind, action=Marker.ADD, color=_colour(rgb(colour)),
-                    **{'pose': Pose(orientation=Quaternion(w=1.0)), **more})
+                    **{'pose': _upright(np.zeros(3)), **more})
     marker.scale.x, marker.scale.y, marker.scale.z = x, y, z
     return marker
+
+
+def _upright(place: Array) -> Pose:
+    return Pose(position=_point(place), orientation=Quaternion(w=1.0))
 
 
 def _point(place: Array) -> Point:

@@ -9,7 +9,7 @@ import pytest
 
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.files.hand_eye_file import HandEyeError, load_hand_eye, save_hand_eye
-from bpc_perception.files.yaml_file import LARGEST
+from bpc_perception.files.yaml_file import LARGEST_FILE_BYTES
 
 GOOD = """\
 parameters:
@@ -67,7 +67,8 @@ def good_without(*lines: str) -> str:
     ('!!python/object:os.system {}', r'expected a readable YAML file, found: '),
     (b'\xff\xfe\x00\x01', r'expected a readable YAML file, found: '),
     ('[' * 5000, r'expected a readable YAML file, found: '),
-    ('#' * (LARGEST + 1), rf'expected a readable YAML file, found: more than {LARGEST} bytes'),
+    ('#' * (LARGEST_FILE_BYTES + 1),
+     rf'expected a readable YAML file, found: more than {LARGEST_FILE_BYTES} bytes'),
     # A handful of lines that would be a billion values.
     ('a: &a [1, 1]\nb: &b [*a, *a]\nxyz: [*b, *b]', r'expected a readable .*: an alias, \*a'),
     ('{a: ' * 21 + '}' * 21, r'expected a readable YAML file, found: more than 20 levels'),
