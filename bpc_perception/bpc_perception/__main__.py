@@ -1,4 +1,4 @@
-"""Runs the command line: ``bpc``, or ``python -m bpc_perception``."""
+"""Run the command line: ``bpc``, or ``python -m bpc_perception``."""
 
 import sys
 

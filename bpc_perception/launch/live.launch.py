@@ -11,11 +11,11 @@ from launch_ros.actions import Node
 
 from bpc_perception.files.parameter_file import live_recorder
 from bpc_perception.recording.path_journal import default_folder
-from bpc_perception.runtime.transport.dds_profiles import VARIABLES, with_profile
+from bpc_perception.runtime.transport.dds_profiles import PROFILE_VARIABLES, with_profile
 
 # Shared memory with room for a capture; a user's own file wins.
 TRANSPORT = {name: value for name, value in with_profile(os.environ, captures=True).items()
-             if name in VARIABLES}
+             if name in PROFILE_VARIABLES}
 
 # A node that died goes on with its print; one that cannot start says why a few times over.
 RESPAWN_DELAY, RESPAWN_MAX_RETRIES = 0.5, 3  # [s], times

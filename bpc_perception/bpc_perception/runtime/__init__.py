@@ -1,1 +1,1 @@
-"""What every process of the suite needs: how it starts, says how it is, and ends."""
+"""What every process of bpc needs to start, to report its state, and to end."""

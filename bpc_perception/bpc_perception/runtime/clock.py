@@ -1,4 +1,4 @@
-"""Clocks of a node."""
+"""The clocks of a node."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from bpc_perception.messages.stamps import ConversionError
 
 
 def steady_clock() -> Clock:
-    """A clock that runs on while simulated time stands still: for timeouts and heartbeats."""
+    """Return a clock that runs on while simulated time stands still, for timeouts."""
     return Clock(clock_type=ClockType.STEADY_TIME)
 
 
 def expect_not_ahead(node: Node, name: str, stamp_ns: int, maximum_lead: float) -> None:
-    """Raise ConversionError for a stamp in the future, of which nothing can be known.
+    """Raise ConversionError for a stamp more than ``maximum_lead`` [s] in the future.
 
-    Simulated time is told to each node by itself: there a stamp may be ahead of the node's clock.
+    With simulated time nothing is raised: each node gets the time by its own message, so a stamp
+    may be ahead of the node's clock.
     """
     clock = node.get_clock()
     simulated = isinstance(clock, ROSClock) and clock.ros_time_is_active
@@ -29,9 +30,9 @@ def expect_not_ahead(node: Node, name: str, stamp_ns: int, maximum_lead: float) 
 
 
 def on_jump_back(node: Node, forget: Callable[[], None]) -> JumpHandle:
-    """Call ``forget`` when the node's clock goes back, as when a recording is played again.
+    """Call ``forget`` when the node's clock goes back, for instance when a recording is replayed.
 
-    The clock forgets the callback when the returned handle is dropped.
+    Keep the returned handle: without it the clock drops the callback.
     """
     def jumped(_: object) -> None:
         node.get_logger().warning('clock went back: everything received is forgotten')

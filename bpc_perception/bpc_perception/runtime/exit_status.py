@@ -1,5 +1,5 @@
 """Exit statuses of ``bpc`` and of its nodes, besides 0."""
 
-DEFECT = 1  # of ours, or a check that found something amiss
-REFUSED = 2  # what was asked for cannot be done as it was asked
-INTERRUPTED = 130  # by one of the ending signals, as shells say it of Ctrl-C
+DEFECT = 1  # a defect of bpc, or a check that found a fault
+REFUSED = 2  # the command cannot be done as given
+INTERRUPTED = 130  # by one of the ending signals; shells use it for Ctrl-C

@@ -1,4 +1,4 @@
-"""Warnings that are kept until the end of a command."""
+"""Hold warnings until the end of a command."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import logging
 
 
 class HeldWarnings(logging.Handler):
-    """Keeps each warning once for the end: only then is it known what came of it."""
+    """Keeps each warning once for the end, when its consequences are known."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)

@@ -1,6 +1,6 @@
-"""What the tests of all packages share: ROS graphs that do not hear one another.
+"""ROS graphs that do not hear one another, for tests of all packages and benchmarks.
 
-ROS is imported late, since tests of the core do without.
+ROS is imported late, since tests of the core need none.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import time
 from typing import Any
 
 DOMAIN_IDS = range(1, 102)
-LOCK_PORT = 21000
+FIRST_LOCK_PORT = 21000  # with the domain id added; who has the port bound has the domain
 
 
 @contextmanager
 def free_domain() -> Iterator[int]:
-    """A ROS domain id that no other test on this machine has, now."""
+    """Yield a ROS domain id that no other test on this machine has meanwhile."""
     candidates = list(DOMAIN_IDS)
     random.Random(os.getpid()).shuffle(candidates)
     for domain in candidates:
         lock = socket.socket()
         try:
-            lock.bind(('127.0.0.1', LOCK_PORT + domain))
+            lock.bind(('127.0.0.1', FIRST_LOCK_PORT + domain))
         except OSError:
             lock.close()
             continue
@@ -36,7 +36,7 @@ def free_domain() -> Iterator[int]:
 
 
 class Graph:
-    """Nodes of one test in a context and executor of their own."""
+    """Nodes of one test, with their own context and executor."""
 
     def __init__(self, domain: int) -> None:
         import rclpy
@@ -48,7 +48,7 @@ class Graph:
         self._nodes: list[Any] = []
 
     def make(self, kind: Callable[..., Any], *args: Any, **parameters: Any) -> Any:
-        """A node; keywords are parameter overrides, with __ for the dot in their names."""
+        """Make a node; keywords are parameter overrides, with __ for the dot in their names."""
         from rclpy.parameter import Parameter
 
         overrides = [Parameter(name.replace('__', '.'), value=value)
@@ -59,7 +59,7 @@ class Graph:
         return node
 
     def spin_until(self, condition: Callable[[], Any], timeout: float = 10.0) -> None:
-        """Spin until the condition holds; fails the test when it does not in time."""
+        """Spin until the condition holds; fail the test after ``timeout`` [s]."""
         end = time.monotonic() + timeout
         while not condition():
             left = end - time.monotonic()

@@ -1,4 +1,4 @@
-"""A node with the managed lifecycle of ROS 2, which says why it does not change its state."""
+"""A node with the managed lifecycle of ROS 2 that says why it does not change its state."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ ACTIVE = 'active'
 
 
 class ManagedNode(LifecycleNode):  # type: ignore[misc]
-    """Changes its state when told to, or not, and then says why.
+    """Changes its state on request, or reports on /diagnostics why not.
 
-    On Jazzy rclpy drops what a transition raises. And it raises where a transition is not
-    possible in the node's state, which would end the process.
+    On Jazzy, rclpy drops what a transition raises. For a transition that is not possible in the
+    state of the node it raises an error itself, which would end the process.
     """
 
-    # What may well keep a transition from succeeding; it can be tried again.
+    # A transition may fail with these, and can be tried again.
     EXPECTED: tuple[type[Exception], ...] = (ValueError, OSError)
 
     def __init__(self, name: str, **kwargs: Any) -> None:
@@ -34,28 +34,28 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         self._diagnostics.note('state', self.state)
 
     def configure(self) -> None:
-        """Take what the node needs."""
+        """Acquire what the node needs."""
         raise NotImplementedError
 
     def activate(self) -> None:
-        """Begin to work."""
+        """Start working."""
         raise NotImplementedError
 
     def deactivate(self) -> None:
-        """Work no more."""
+        """Stop working."""
         raise NotImplementedError
 
     def clean_up(self) -> None:
-        """Let go of everything, in whatever state."""
+        """Release everything, in any state."""
         raise NotImplementedError
 
     @property
     def state(self) -> str:
-        """Name of the state that it is in."""
+        """Name of the current state."""
         return str(self._state_machine.current_state[1])
 
     def start(self) -> None:
-        """Become active at once. Raises what keeps it from that."""
+        """Become active at once. Raises the error that prevents it."""
         for trigger in self.trigger_configure, self.trigger_activate:
             if trigger() != TransitionCallbackReturn.SUCCESS:
                 assert self._failure is not None
@@ -113,6 +113,6 @@ class ManagedNode(LifecycleNode):  # type: ignore[misc]
         return response
 
     def destroy_node(self) -> None:
-        """Let go of everything as well."""
+        """Release everything as well."""
         self.clean_up()
         super().destroy_node()

@@ -1,4 +1,4 @@
-"""ROS parameters made from configuration objects, the home of their defaults and limits."""
+"""Make ROS parameters of configuration objects, which hold their defaults and limits."""
 
 from __future__ import annotations
 
@@ -19,10 +19,18 @@ from bpc_perception.core.parameter import ConfigError, ConfigType, flatten, Para
 
 
 class NodeConfig(Generic[ConfigType]):
-    """A configuration object that follows its node's parameters.
+    """A configuration object that follows the parameters of its node.
 
-    Declares a parameter for each field. Values that do not fit are refused with the reason: at
-    the start with ConfigError, later in the answer to whoever sets them.
+    It declares a parameter for each field. Values that do not fit are refused with the reason: at
+    the start with ConfigError, later in the answer to the request that sets them.
+
+    Args:
+        node: the node whose parameters are declared.
+        default: the configuration with the default values.
+        on_change: gets each new configuration.
+
+    Attributes:
+        value: the current configuration.
     """
 
     def __init__(self, node: Node, default: ConfigType,
@@ -60,7 +68,7 @@ class NodeConfig(Generic[ConfigType]):
 
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    """Arrays as tuples, the form in which configuration objects hold them."""
+    """Convert arrays to tuples, as configuration objects hold them."""
     return {name: value if isinstance(value, str | bool | int | float) else tuple(value)
             for name, value in values.items()}
 

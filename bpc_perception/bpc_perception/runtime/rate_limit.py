@@ -1,4 +1,4 @@
-"""Doing what is costly only as often as a share of the time allows."""
+"""Limit how much of the time a costly task may take."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import time
 
 
 class Allowance:
-    """Lets something take at most a share of the time, however long it takes each time.
+    """Lets a task take at most a share of the time, however long it takes each time.
 
-    And not more often than every ``period`` seconds.
+    It also allows the task at most once every ``period`` seconds.
     """
 
     def __init__(self, share: float, period: float = 0.1) -> None:
@@ -19,12 +19,12 @@ class Allowance:
         self._next = 0.0
 
     def due(self) -> bool:
-        """Whether it may be done again."""
+        """Return whether the task may be done again."""
         return time.monotonic() >= self._next
 
     @contextmanager
     def spent(self) -> Iterator[None]:
-        """What is done in the block counts."""
+        """Count the time of the block."""
         start = time.monotonic()
         yield
         cost = time.monotonic() - start

@@ -1,4 +1,4 @@
-"""Starting a node and ending it in good order."""
+"""Start a node and end it in good order."""
 
 from __future__ import annotations
 
@@ -28,47 +28,48 @@ except ImportError:  # before rclpy 7.1.4
 
 
 class RosLogHandler(logging.Handler):
-    """Hands the core's log records to the node's logger."""
+    """Hands the log records of the core to the logger of a node."""
 
     def __init__(self, node: Node) -> None:
         super().__init__()
         self._logger = node.get_logger()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Log at the same level."""
+        """Log a record at its level."""
         level = {logging.WARNING: 'warning', logging.ERROR: 'error'}.get(record.levelno, 'info')
         getattr(self._logger, level)(record.getMessage())
 
 
 class _Ending:
-    """Whether all nodes of the process are to end."""
+    """Whether all nodes of the process have to end."""
 
     def __init__(self) -> None:
         self.asked = False
 
     def ask(self, *_: object) -> None:
-        """Let them end; also a handler of signals."""
+        """Let them end; also serves as a handler of signals."""
         self.asked = True
 
 
 def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = False,
         fast_streams: bool = False) -> None:
-    """Spin a node until one of the ending signals; exit with 2 if it refuses to start.
+    """Spin a node until an ending signal; exit with 2 if it refuses to start.
 
-    Of several nodes each has a thread of its own, so that none waits for another's callbacks.
+    Several nodes have a thread each, so that none waits for the callbacks of another.
 
     Args:
         make_node: makes the node or nodes.
-        large_messages: captures or views come or go, messages of up to 40 MB.
-        fast_streams: hundreds of messages come a second; half the work where rclpy can do it.
+        large_messages: the nodes take or send captures or views, messages of up to 40 MB.
+        fast_streams: the nodes take hundreds of messages a second. With a recent rclpy that costs
+            half the work.
     """
     if large_messages:
         keep_memory()
     is_child = end_with_parent()
     pipe = open_heartbeat()
-    # A signal is noted and looked at between callbacks. Python's KeyboardInterrupt aborts the
-    # process where it comes out of C++ that takes no exceptions; rclpy's handlers shut down under
-    # a half-made node, which then stays in the graphs of others.
+    # A signal is only noted, and looked at between callbacks. A KeyboardInterrupt aborts the
+    # process when it comes out of C++ that takes no exceptions. The handlers of rclpy shut down
+    # under a half-made node, which then stays in the graphs of others.
     ending = _Ending()
     numbers = ending_signals()
     for number in numbers:
@@ -78,16 +79,17 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
     failures: list[Exception] = []
     try:
         if not ending.asked:
-            nodes += _made(make_node, large_messages)
+            nodes += _make(make_node, large_messages)
             _spin(nodes, ending, failures, pipe, fast_streams)
     finally:
-        if is_child:  # others, such as a recorder, complete their files, however long it takes
+        if is_child:  # others, such as a recorder, may take as long as their files need
             end_in_time()
         for node in nodes:
             node.destroy_node()
         end_in_time()
         rclpy.try_shutdown()
-        # More of them may come; their default, which Python puts back on its way out, kills.
+        # More signals may come. Python restores their default action at its end, which would
+        # kill the process.
         for number in numbers:
             signal.signal(number, signal.SIG_IGN)
     if failures:
@@ -95,7 +97,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         sys.exit(DEFECT)
 
 
-def _made(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
+def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
+    """Make the nodes; exit with REFUSED and the reason if they refuse to start."""
     try:
         with receive_profile(large_messages):
             made = make_node()
@@ -103,7 +106,7 @@ def _made(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
         print(f'{make_node.__name__}: {error}', file=sys.stderr)
     else:
         return [made] if isinstance(made, Node) else list(made)
-    gc.collect()  # half-made nodes, so that they leave the graph
+    gc.collect()  # half-made nodes then leave the graph
     sys.exit(REFUSED)
 
 
@@ -122,16 +125,16 @@ def _spin(nodes: Sequence[Node], ending: _Ending, failures: list[Exception], pip
 
 def _spin_one(node: Node, ending: _Ending, failures: list[Exception], pipe: int | None,
               fast: bool = False) -> None:
-    """Spin in a thread; all end when this one does."""
+    """Spin a node in its thread; let all end when this one does."""
     # Not the multi-threaded executor: on Jazzy it loses most of a fast stream (rclpy #1452).
     kind = EventsExecutor if fast and EventsExecutor is not None else SingleThreadedExecutor
     heart = Heartbeat(pipe, node.get_name())
     try:
         executor = kind()
         executor.add_node(node)
-        # Not spin(): that of the events executor never sleeps.
+        # Not spin(): with the events executor it never sleeps.
         while not ending.asked:
-            heart.beat()  # before the first callback too, which may hang
+            heart.beat()  # also before the first callback, which may hang
             executor.spin_once(timeout_sec=0.1)
     except Exception as error:
         failures.append(error)

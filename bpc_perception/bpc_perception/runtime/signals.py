@@ -1,4 +1,4 @@
-"""How a process is asked to end, and that it does."""
+"""The signals that end a process, and how it ends in time."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import sys
 
 from bpc_perception.runtime.exit_status import INTERRUPTED
 
-ENDING = 5  # an end may take so long, on a busy machine too [s]
+LONGEST_END_S = 5  # on a busy machine, too
 
 
 def ending_signals() -> tuple[signal.Signals, ...]:
-    """Ctrl-C, SIGTERM, and SIGHUP of a terminal that is closed, unless nohup lets it be ignored.
+    """Return the signals that end us: of Ctrl-C, SIGTERM, and SIGHUP of a closed terminal.
 
-    To be asked before handlers are set: who ignores it is told from what is set.
+    SIGHUP is left out when it is ignored, as by nohup. Call this before handlers are set: they
+    replace the mark that it is ignored.
     """
     ignored = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
     return (signal.SIGINT, signal.SIGTERM, *(() if ignored else (signal.SIGHUP,)))
@@ -24,10 +25,10 @@ def ending_signals() -> tuple[signal.Signals, ...]:
 
 @contextmanager
 def exit_on_signal() -> Iterator[None]:
-    """While the block imports, ending signals just end the process; then they interrupt it.
+    """Let ending signals exit at once during the block, and raise KeyboardInterrupt after it.
 
-    An exception might be swallowed by what is just being imported. Shells let what they start in
-    the background ignore SIGINT; who sends it all the same means it.
+    The block imports, and a module that is being imported might swallow an exception. A shell lets
+    its background processes ignore SIGINT; if someone sends it nevertheless, it is meant.
     """
     numbers = ending_signals()
     for number in numbers:
@@ -38,11 +39,11 @@ def exit_on_signal() -> Iterator[None]:
 
 
 def end_in_time() -> None:
-    """Let the kernel end this process should its ending hang, once all that it has said is out.
+    """Flush the output, and let the kernel end this process if its end hangs.
 
-    No thread of Python could, where it hangs in C++ that holds the interpreter's lock.
+    No Python thread could end a process that hangs in C++ with the interpreter's lock.
     """
-    with suppress(OSError, ValueError):  # nobody reads it any more
+    with suppress(OSError, ValueError):  # nobody reads the output any more
         sys.stdout.flush()
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    signal.alarm(ENDING)
+    signal.alarm(LONGEST_END_S)

@@ -1,4 +1,4 @@
-"""Nodes that die are started again, and whoever looks at /diagnostics is told at once."""
+"""Start nodes again that died, and report each death on /diagnostics at once."""
 
 from __future__ import annotations
 
@@ -14,20 +14,31 @@ from bpc_perception.runtime.child_processes import NodeError, Nodes
 from bpc_perception.runtime.exit_status import REFUSED
 from bpc_perception.runtime.transport import shared_memory
 
-QUIET = 0.2  # a node gives a sign of life each 0.1 s, unless it is busy [s]
-# Longer than any capture takes to be measured, of a print of 100 m and more, and any start [s].
-HUNG = 60.0
-DEATHS, WITHIN = 3, 60.0  # so many in this time [s] are no accident
-PERIOD = 1.0  # of the diagnostics while nothing changes [s]
+QUIET_TIME_S = 0.2  # a node gives a sign of life each 0.1 s, unless it is busy
+# Then a node hangs: no start takes as long, nor the measurement of a capture, even after a print
+# of 100 m.
+HANG_TIME_S = 60.0
+MOST_DEATHS, DEATHS_WITHIN_S = 3, 60.0  # this many deaths in this time are no accident
+PUBLISH_PERIOD_S = 1.0  # of the diagnostics while nothing changes
 
 
 @dataclass
 class _Life:
-    """What became of a node so far."""
+    """The history of a node.
+
+    Attributes:
+        back_off: when it may be started again.
+        level: as published on /diagnostics.
+        ran: whether it ever gave a sign of life, so its parameters were accepted.
+        dead: whether it waits to be started again.
+        deaths: their number.
+        last_death: time of the last one [s], steady.
+        cause: of the last one.
+    """
 
     back_off: BackOff = field(default_factory=BackOff)
     level: bytes = DiagnosticStatus.OK
-    ran: bool = False  # once, so that what it is told to do can be done
+    ran: bool = False
     dead: bool = False
     deaths: int = 0
     last_death: float = 0.0
@@ -35,10 +46,10 @@ class _Life:
 
 
 class Supervisor:
-    """Keeps nodes running; says on /diagnostics which run, are quiet, or died of what.
+    """Keeps nodes running; reports on /diagnostics which run, are quiet, or died, and why.
 
-    Whoever ends, is killed or hangs is started again, after a pause that grows. A node that
-    refuses to start and never ran is not asked twice. Three deaths within a minute end it all.
+    A node that ends, is killed or hangs is started again after a pause that grows. A node that
+    refuses to start and never ran is not started twice. Three deaths within a minute end all.
     """
 
     def __init__(self, nodes: Nodes, node: Node) -> None:
@@ -46,11 +57,11 @@ class Supervisor:
         self._node = node
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._lives = {name: _Life() for name in nodes.names}
-        self._deaths: deque[tuple[float, str]] = deque(maxlen=DEATHS)
-        self._due = 0.0
+        self._deaths: deque[tuple[float, str]] = deque(maxlen=MOST_DEATHS)
+        self._due = 0.0  # when to publish next at the latest [s], steady
 
     def check(self) -> None:
-        """Look after all nodes; to be called often. Raises NodeError to end it all."""
+        """Check all nodes; call it often. Raises NodeError to end all."""
         now = time.monotonic()
         news = now > self._due
         for name, life in self._lives.items():
@@ -58,7 +69,7 @@ class Supervisor:
             news |= level != life.level
             life.level = level
         if news:
-            self._due = now + PERIOD
+            self._due = now + PUBLISH_PERIOD_S
             self._publish()
 
     def _look_after(self, name: str, life: _Life, now: float) -> bytes:
@@ -73,40 +84,40 @@ class Supervisor:
         if self._nodes.ended(name):
             self._record_death(name, life, self._nodes.end_of(name), now)
             return DiagnosticStatus.ERROR
-        if silence > HUNG:
+        if silence > HANG_TIME_S:
             self._nodes.kill(name)
             self._record_death(name, life, f'hung for {silence:.0f} s', now)
             return DiagnosticStatus.ERROR
-        return DiagnosticStatus.OK if spoke and silence <= QUIET else DiagnosticStatus.STALE
+        return DiagnosticStatus.OK if spoke and silence <= QUIET_TIME_S else DiagnosticStatus.STALE
 
     def _record_death(self, name: str, life: _Life, cause: str, now: float) -> None:
         if self._nodes.status(name) == REFUSED and not life.ran:
             self._nodes.check()
         self._deaths.append((now, f'{name} {cause}'))
-        if len(self._deaths) == DEATHS and now - self._deaths[0][0] < WITHIN:
-            raise NodeError(f'expected nodes that live, found {DEATHS} deaths within '
+        if len(self._deaths) == MOST_DEATHS and now - self._deaths[0][0] < DEATHS_WITHIN_S:
+            raise NodeError(f'expected nodes that live, found {MOST_DEATHS} deaths within '
                             f'{now - self._deaths[0][0]:.0f} s: '
                             + '; '.join(text for _, text in self._deaths))
-        if now - life.last_death > WITHIN:
+        if now - life.last_death > DEATHS_WITHIN_S:
             life.back_off.succeeded()
         life.back_off.failed(now)
         life.dead, life.last_death, life.cause = True, now, cause
         life.deaths += 1
 
+    def _status(self, name: str, life: _Life) -> DiagnosticStatus:
+        message = {
+            DiagnosticStatus.OK: 'ok',
+            DiagnosticStatus.STALE: 'no sign of life: it starts, is busy or hangs',
+            DiagnosticStatus.ERROR: f'{life.cause}; it is started again, after death '
+                                    f'number {life.deaths}'}[life.level]
+        values = {'pid': self._nodes.pid(name), 'deaths': life.deaths,
+                  'last death': life.cause or 'none'}
+        return DiagnosticStatus(
+            level=life.level, name=f'supervisor: {name}', message=message, hardware_id='none',
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+
     def _publish(self) -> None:
-        statuses = []
-        for name, life in self._lives.items():
-            message = {
-                DiagnosticStatus.OK: 'ok',
-                DiagnosticStatus.STALE: 'no sign of life: it starts, is busy or hangs',
-                DiagnosticStatus.ERROR: f'{life.cause}; it is started again, after death '
-                                        f'number {life.deaths}'}[life.level]
-            values = {'pid': self._nodes.pid(name), 'deaths': life.deaths,
-                      'last death': life.cause or 'none'}
-            statuses.append(DiagnosticStatus(
-                level=life.level, name=f'supervisor: {name}', message=message,
-                hardware_id='none', values=[KeyValue(key=key, value=str(value))
-                                            for key, value in values.items()]))
-        array = DiagnosticArray(status=statuses)
+        array = DiagnosticArray(
+            status=[self._status(name, life) for name, life in self._lives.items()])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(array)

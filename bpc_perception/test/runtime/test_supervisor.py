@@ -152,7 +152,7 @@ def test_a_node_that_ran_before_and_then_refuses_is_asked_again(suite: Suite) ->
 @pytest.mark.parametrize('name', ['hangs', 'half_hangs', 'never_begins'])
 def test_a_node_that_hangs_is_stale_and_then_started_again(
         suite: Suite, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    monkeypatch.setattr(supervisor, 'HUNG', 0.6)
+    monkeypatch.setattr(supervisor, 'HANG_TIME_S', 0.6)
     suite.supervise(name)
     suite.until(lambda: suite.level(name) == DiagnosticStatus.STALE)
     before = suite.nodes.pid(name)
@@ -164,7 +164,7 @@ def test_a_node_that_hangs_is_stale_and_then_started_again(
 def test_who_cannot_be_killed_holds_up_nobody(
         suite: Suite, monkeypatch: pytest.MonkeyPatch) -> None:
     """As a process that waits in the kernel for a device."""
-    monkeypatch.setattr(child_processes, 'KILL_PATIENCE', 0.1)
+    monkeypatch.setattr(child_processes, 'KILL_PATIENCE_S', 0.1)
     suite.nodes.start('lingers')
     suite.until_it_speaks('lingers')
     kill = subprocess.Popen.kill
@@ -172,10 +172,10 @@ def test_who_cannot_be_killed_holds_up_nobody(
         context.setattr(subprocess.Popen, 'kill', lambda _: None)
         suite.nodes.kill('lingers')
         assert not suite.nodes.ended('lingers')
-        context.setattr(child_processes, 'END_PATIENCE', 0.1)
+        context.setattr(child_processes, 'END_PATIENCE_S', 0.1)
         suite.nodes.__exit__(None, None, None)
         assert not suite.nodes.ended('lingers')
-    kill(suite.nodes._processes['lingers'])
+    kill(suite.nodes._children['lingers'].process)
 
 
 class Blocked:
@@ -211,7 +211,7 @@ def test_who_does_not_end_is_killed_together_with_the_others(
         suite: Suite, tmp_path: Path) -> None:
     suite.supervise('lives', 'lingers')
     suite.until(lambda: suite.level('lives') == DiagnosticStatus.OK
-                and suite.nodes._beats['lingers'])
+                and suite.nodes._children['lingers'].beats)
     pids = [suite.nodes.pid(name) for name in ('lives', 'lingers')]
     name, = used_by(pids[1])
     suite.nodes.__exit__(None, None, None)

@@ -23,11 +23,11 @@ from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_perception.runtime.transport import dds_profiles
 from bpc_perception.runtime.transport.dds_profiles import (
+    DISCOVERY_RANGE_VARIABLE,
     FOLDER,
+    PROFILE_VARIABLES,
     PROFILES,
-    RANGE,
     receive_profile,
-    VARIABLES,
     with_profile,
 )
 from bpc_perception.runtime.transport.shared_memory import clean
@@ -124,9 +124,9 @@ def running_suite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[No
     """Every node, on the sample recording, as the commands start them; and one that looks."""
     nodes_of = 'bpc_perception.nodes.'
     with own_domain() as domain, pytest.MonkeyPatch.context() as patch:
-        for name in VARIABLES:
+        for name in PROFILE_VARIABLES:
             patch.delenv(name, raising=False)
-        assert os.environ[RANGE] == 'LOCALHOST'
+        assert os.environ[DISCOVERY_RANGE_VARIABLE] == 'LOCALHOST'
         graph = Graph(domain)
         listener = graph.make(Node, 'listener')
         folder = tmp_path_factory.mktemp('doors')
@@ -270,15 +270,15 @@ def test_profiles_differ_in_what_they_are_for_only() -> None:
 def test_the_profile_follows_the_range(reach: str | None, captures: bool,
                                        file: str) -> None:
     # Also where a shell has another of ours from before.
-    given = {VARIABLES[0]: str(FOLDER / 'local.xml'), 'HOME': '/'} | ({RANGE: reach} if reach
-                                                                     else {})
+    given = {PROFILE_VARIABLES[0]: str(FOLDER / 'local.xml'), 'HOME': '/'} | (
+        {DISCOVERY_RANGE_VARIABLE: reach} if reach else {})
     chosen = with_profile(given, captures)
-    assert [chosen.get(name) for name in VARIABLES] == [str(FOLDER / file)] * 2
+    assert [chosen.get(name) for name in PROFILE_VARIABLES] == [str(FOLDER / file)] * 2
     assert chosen['HOME'] == '/'
 
 
 def test_a_users_own_profile_is_left_alone() -> None:
-    given = {VARIABLES[1]: '/home/my.xml', RANGE: 'LOCALHOST'}
+    given = {PROFILE_VARIABLES[1]: '/home/my.xml', DISCOVERY_RANGE_VARIABLE: 'LOCALHOST'}
     assert with_profile(given, captures=True) == given
 
 
@@ -291,17 +291,17 @@ def offsets(name: str) -> list[str | None]:
 @pytest.mark.parametrize('profile', PROFILES.values(), ids=lambda profile: profile.name)
 def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.MonkeyPatch,
                                                       profile: Path) -> None:
-    for name in VARIABLES:
+    for name in PROFILE_VARIABLES:
         monkeypatch.setenv(name, str(profile))
     found = set()
     for _ in range(1000):
         with receive_profile(large_messages=True):
-            (offset,), others = offsets(VARIABLES[0]), offsets(VARIABLES[1])
+            (offset,), others = offsets(PROFILE_VARIABLES[0]), offsets(PROFILE_VARIABLES[1])
             assert others == [offset]
             found.add(int(offset or ''))
-            made = Path(os.environ[VARIABLES[0]])
+            made = Path(os.environ[PROFILE_VARIABLES[0]])
         assert not made.exists()
-        assert [os.environ[name] for name in VARIABLES] == [str(profile)] * 2
+        assert [os.environ[name] for name in PROFILE_VARIABLES] == [str(profile)] * 2
     # Odd numbers, as those of discovery are even; with up to 32 participants below the next 250.
     assert found <= set(range(11, 250 - 2 * 31, 2))
     assert len(found) > 80
@@ -309,48 +309,48 @@ def test_each_process_listens_on_a_port_of_its_domain(monkeypatch: pytest.Monkey
 
 def test_nobody_removes_the_profile_of_a_process_that_reads_it(
         monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in VARIABLES:
+    for name in PROFILE_VARIABLES:
         monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
     with receive_profile(large_messages=True):
-        made = Path(os.environ[VARIABLES[0]])
+        made = Path(os.environ[PROFILE_VARIABLES[0]])
         clean(made.parent, settled=0.0, among={made.name})
         assert made.exists()
 
 
 @pytest.mark.parametrize('profile', PROFILES.values(), ids=lambda profile: profile.name)
 def test_small_messages_are_heard_by_udp(monkeypatch: pytest.MonkeyPatch, profile: Path) -> None:
-    for name in VARIABLES:
+    for name in PROFILE_VARIABLES:
         monkeypatch.setenv(name, str(profile))
     with receive_profile(large_messages=False):
-        rtps = ElementTree.parse(os.environ[VARIABLES[0]]).getroot().find(
+        rtps = ElementTree.parse(os.environ[PROFILE_VARIABLES[0]]).getroot().find(
             './/dds:participant/dds:rtps', NAMESPACE)
         assert rtps is not None
         assert [each.tag.partition('}')[2] for each in rtps.iterfind(
             'dds:defaultUnicastLocatorList/dds:locator/*', NAMESPACE)] == ['udpv4']
         assert rtps.find('dds:port', NAMESPACE) is None
-    assert [os.environ[name] for name in VARIABLES] == [str(profile)] * 2
+    assert [os.environ[name] for name in PROFILE_VARIABLES] == [str(profile)] * 2
 
 
 def test_who_has_no_udp_hears_small_messages_through_shared_memory(
         monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     profile = tmp_path / 'my.xml'
     profile.write_text((FOLDER / 'local.xml').read_text().replace('UDPv4', 'SHM'))
-    for name in VARIABLES:
+    for name in PROFILE_VARIABLES:
         monkeypatch.setenv(name, str(profile))
     with receive_profile(large_messages=False):
-        assert len(offsets(VARIABLES[0])) == 1
+        assert len(offsets(PROFILE_VARIABLES[0])) == 1
 
 
 @pytest.mark.parametrize('text', ['<port>', '<defaultUnicastLocatorList>', None,
                                   '\N{DEGREE SIGN}'])
-@pytest.mark.parametrize('name', VARIABLES)
+@pytest.mark.parametrize('name', PROFILE_VARIABLES)
 def test_a_profile_that_says_where_to_hear_is_left_as_it_is(
         monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, text: str | None) -> None:
     """So is one that cannot be read, and none."""
-    for variable in VARIABLES:
+    for variable in PROFILE_VARIABLES:
         monkeypatch.delenv(variable, raising=False)
     with receive_profile(large_messages=True):
-        assert not any(variable in os.environ for variable in VARIABLES)
+        assert not any(variable in os.environ for variable in PROFILE_VARIABLES)
     profile = tmp_path / 'my.xml'
     if text is not None:
         profile.write_text(text, encoding='latin-1')
@@ -361,22 +361,22 @@ def test_a_profile_that_says_where_to_hear_is_left_as_it_is(
 
 def test_without_room_for_a_profile_the_port_is_as_ever(monkeypatch: pytest.MonkeyPatch,
                                                         tmp_path: Path) -> None:
-    for name in VARIABLES:
+    for name in PROFILE_VARIABLES:
         monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
     monkeypatch.setattr(dds_profiles, 'SHARED_MEMORY', tmp_path / 'none')
     with receive_profile(large_messages=True):
-        assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
+        assert os.environ[PROFILE_VARIABLES[0]] == str(FOLDER / 'local.xml')
 
 
 def test_a_profile_that_cannot_be_written_whole_is_not_used(
         monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in VARIABLES:
+    for name in PROFILE_VARIABLES:
         monkeypatch.setenv(name, str(FOLDER / 'local.xml'))
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
     try:
         with receive_profile(large_messages=True):
-            assert os.environ[VARIABLES[0]] == str(FOLDER / 'local.xml')
+            assert os.environ[PROFILE_VARIABLES[0]] == str(FOLDER / 'local.xml')
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
@@ -389,8 +389,8 @@ def test_a_lab_opens_one_network_only(tmp_path: Path, monkeypatch: pytest.Monkey
     profile = tmp_path / 'lab.xml'
     profile.write_text((FOLDER / 'local.xml').read_text().replace(
         '<address>127.0.0.1</address>', f'<address>{host}</address>'))
-    monkeypatch.setenv(RANGE, 'SUBNET')
-    for name in VARIABLES:
+    monkeypatch.setenv(DISCOVERY_RANGE_VARIABLE, 'SUBNET')
+    for name in PROFILE_VARIABLES:
         monkeypatch.setenv(name, str(profile))
     with own_domain(), Nodes() as nodes:
         nodes.start('bpc_perception.nodes.path_recorder')

@@ -1,1 +1,1 @@
-"""How Fast DDS carries messages: profiles, and the shared memory that killed processes leave."""
+"""How Fast DDS carries messages: profiles, and shared memory left by killed processes."""
