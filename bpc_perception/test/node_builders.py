@@ -41,7 +41,7 @@ class Bench:
         self.received: dict[str, list[Any]] = defaultdict(list)
         self._publishers: dict[str, Any] = {}
         self.listen('/diagnostics', DiagnosticArray, QoSProfile(depth=100))
-        # By itself it publishes once a second only, which most tests here would wait for.
+        # By itself the node publishes once a second; most tests would have to wait for that.
         self.timer = self.peer.create_timer(0.1, self.node._diagnostics.publish)
 
     def until(self, condition: Callable[[], Any], timeout: float = 10.0) -> None:

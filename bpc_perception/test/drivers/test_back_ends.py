@@ -1,4 +1,4 @@
-"""Camera back ends are found by name, whatever package they are in."""
+"""Camera back ends are found by name, in any package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Calibration files of each form, and what is none."""
+"""Calibration files of each form, and files that are refused."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def good_without(*lines: str) -> str:
     ('[' * 5000, r'expected a readable YAML file, found: '),
     ('#' * (LARGEST_FILE_BYTES + 1),
      rf'expected a readable YAML file, found: more than {LARGEST_FILE_BYTES} bytes'),
-    # A handful of lines that would be a billion values.
+    # A few lines that would become a billion values.
     ('a: &a [1, 1]\nb: &b [*a, *a]\nxyz: [*b, *b]', r'expected a readable .*: an alias, \*a'),
     ('{a: ' * 21 + '}' * 21, r'expected a readable YAML file, found: more than 20 levels'),
     ('a: !!bool x', r'expected a readable YAML file, found: '),

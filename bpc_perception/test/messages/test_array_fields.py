@@ -1,4 +1,4 @@
-"""Large arrays into messages: the right bytes, in either mode of the generated setters."""
+"""Large arrays in messages: the right bytes, in both modes of the generated setters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Captures from and to the messages of the camera, and what must not get through."""
+"""Captures from and to the messages of the camera, and which messages are refused."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.ros
 
 
 def image_message(encoding: str, size: int, padding: int = 0) -> Image:
-    """Two rows of three pixels whose channels count up; padding is 99."""
+    """Return two rows of three pixels whose channels count up; padding is 99."""
     rows = np.full((2, 3 * size + padding), 99, np.uint8)
     rows[:, :3 * size] = np.arange(6 * size).reshape(2, 3 * size)
     return Image(width=3, height=2, encoding=encoding, step=rows.shape[1],
@@ -68,7 +68,7 @@ def test_an_image_that_does_not_fit_is_refused(changes: dict[str, Any]) -> None:
 
 def cloud_message(*, offsets: tuple[int, int, int] = (0, 4, 8), point_step: int = 16,
                   padding: int = 0, big: bool = False, order: str = 'xyz') -> PointCloud2:
-    """4 rows of 5 points (column, 10 row, column * row), the last of them missing."""
+    """Return 4 rows of 5 points (column, 10 row, column * row) without the last point."""
     v, u = np.mgrid[0:4, 0:5].astype(np.float32)
     values = dict(zip('xyz', (u, 10 * v, u * v), strict=True))
     rows = np.full((4, 5 * point_step + padding), 0x5a, np.uint8)

@@ -1,4 +1,4 @@
-"""Paths from and to messages, field by field, and what must not get through."""
+"""Paths from and to messages, field by field, and which messages are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poses from and to messages, and what must not get through."""
+"""Poses from and to messages, and which messages are refused."""
 
 from __future__ import annotations
 

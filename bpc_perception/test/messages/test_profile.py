@@ -1,4 +1,4 @@
-"""Profiles from and to messages, field by field, and what must not get through."""
+"""Profiles from and to messages, field by field, and which messages are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people look at: colours, overlay and markers, on a band whose place is known."""
+"""Views for people: colours, overlay and markers, of a band whose place is known."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ BASE = 'lbr_link_0'
 
 
 def measured(target: float = WIDTH_TRUE, end: float = 120) -> Result:
-    """The band, measured along a path from column 40 to one beyond 100, a sample a pixel."""
+    """Measure the band along a path from column 40 to ``end``, beyond 100, one sample a pixel."""
     session = Session(ThicknessConfig(advice=AdviceConfig(target_thickness=target)),
                       HandEye(True, DOWN))
     session.set_path(pixel_path((40, 55), (end, 55), round(end) - 39))
@@ -73,7 +73,7 @@ def test_side_points_are_drawn_on_the_edges() -> None:
     for edge, colour in ((49.5, LEFT_COLOUR), (60.5, RIGHT_COLOUR)):
         row, column = (round((place + 0.5) * SCALE - 0.5) for place in (edge, 80))
         assert tuple(picture[row, column]) == rgb(colour)
-    # What lies between them is the picture itself.
+    # Between them is the image itself.
     np.testing.assert_array_equal(picture[55 * SCALE, 80 * SCALE], band_image()[55, 80])
 
 

@@ -1,4 +1,4 @@
-"""The camera driver's managed lifecycle: by itself, or as a lifecycle manager drives it."""
+"""The managed lifecycle of the camera driver: alone, and driven by a lifecycle manager."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CONFIGURE, CLEAN_UP, ACTIVATE, DEACTIVATE, SHUT_DOWN = (
 
 
 class Manager:
-    """A camera driver that hands its captures over, and who drives its lifecycle."""
+    """A camera driver that hands its captures over, and the manager of its lifecycle."""
 
     def __init__(self, graph: Any, bag: Path, autostart: bool = False) -> None:
         self.graph = graph
@@ -66,17 +66,17 @@ class Manager:
                              GetState.Request()).current_state.label)
 
     def capture(self) -> str:
-        """Ask for a capture; why there is none, or an empty string."""
+        """Request a capture; return why there is none, or an empty string."""
         answer = self.call(Trigger, 'capture', Trigger.Request())
         assert answer.success == (not answer.message)
         return str(answer.message)
 
     def see(self, **notes: str) -> None:
-        """Wait until the diagnostics say so."""
+        """Wait until the diagnostics have these notes."""
         self.graph.spin_until(lambda: notes.items() <= self.notes.items())
 
     def look(self) -> None:
-        """Let the node look for captures some times, if it does."""
+        """Give the node time to look for captures several times."""
         ticks: list[int] = []
         timer = self.peer.create_timer(0.05, lambda: ticks.append(1))
         self.graph.spin_until(lambda: len(ticks) == 4)

@@ -1,4 +1,4 @@
-"""The page node, without its server: what cannot be shown is refused, and ends nothing."""
+"""The page node without its server: what cannot be shown is refused, and the node goes on."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.ros
 
 
 class NoServer:
-    """Stands in for the server, whom nobody asks."""
+    """Stands in for a server without browsers."""
 
     def __init__(self, *_: Any) -> None:
         self.address = ''
@@ -35,7 +35,7 @@ class NoServer:
     (lambda node: node._on_profile(serialize_message(ThicknessProfile(time=[0.0]))),
      'thickness_profile'),
     (lambda node: node._on_overlay(Image(encoding='mono8')), 'image'),
-    (lambda node: node._on_overlay(Image(  # made smaller, nothing is left of it
+    (lambda node: node._on_overlay(Image(  # nothing is left of it when it is made smaller
         encoding='rgb8', width=5000, height=1, step=15000, data=bytes(15000))), 'overlay'),
 ], ids=['advice', 'profile', 'overlay', 'thin overlay'])
 def test_what_cannot_be_shown_is_refused(graph: Any, monkeypatch: pytest.MonkeyPatch,
@@ -45,5 +45,5 @@ def test_what_cannot_be_shown_is_refused(graph: Any, monkeypatch: pytest.MonkeyP
     node = graph.make(page.PageNode)
     node._on_watchers(1)
     hear(node)
-    node._unpack()  # once refused it is not looked at again
+    node._unpack()  # a refused profile is not unpacked again
     assert node._diagnostics._refusals == {kind: 1}

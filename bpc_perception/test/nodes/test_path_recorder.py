@@ -1,4 +1,4 @@
-"""The path recorder in process: poses and extruder states in, the path out, and never a crash."""
+"""The path recorder in process: poses and extruder states in, the path out, never a crash."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
 
 
 def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
-    bench = recorder_bench(graph, watch__warn_after=0.0)  # what comes once falls silent
+    bench = recorder_bench(graph, watch__warn_after=0.0)  # the inputs stop at once
     wrong_frame, not_a_number, good = flange_pose(0.2), flange_pose(0.3), flange_pose(0.4)
     wrong_frame.header.frame_id = 'world'
     not_a_number.pose.position.y = np.nan
@@ -122,7 +122,7 @@ def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
     assert bench.diagnosed('extrusion states') == '1'
     assert 'expected' in bench.diagnosed('last refusal')
     assert DiagnosticStatus.WARN in [status.level for status in bench.statuses]
-    # What is over is no warning any more, but stays counted.
+    # It is no warning any more when it is over, but stays counted.
     bench.until(lambda: bench.statuses[-1].level == DiagnosticStatus.OK)
     assert bench.diagnosed('refused: pose') == '3'
 
@@ -146,14 +146,14 @@ def test_poses_that_jump_are_counted(graph: Any) -> None:
 
 
 def test_a_recorder_started_again_goes_on_with_its_print(graph: Any, tmp_path: Path) -> None:
-    """Those who follow the path have the same points as the recorder, before and after."""
+    """Followers of the path have the same points as the recorder, before and after."""
     first = recorder_bench(graph, state_folder=str(tmp_path))
     followed: list[Any] = []
     PathFollower(first.peer, BASE, followed.append, followed.append)
     before = path_from_message(print_line(first)[-1])
     first.timer.cancel()
     graph.executor.remove_node(first.node)
-    # As after a kill: it says nothing any more, and the file is as it was.
+    # As after a kill: the node is silent, and the file stays as it was.
     first.node.destroy_node()
     graph._nodes.remove(first.node)
     again = recorder_bench(graph, state_folder=str(tmp_path))
@@ -196,13 +196,13 @@ def test_a_print_left_off_with_another_nozzle_is_not_gone_on_with(graph: Any,
 
 def test_a_journal_that_cannot_be_used_costs_neither_print_nor_service(graph: Any,
                                                                        tmp_path: Path) -> None:
-    (tmp_path / 'running_print.mcap' / 'folder.mcap').mkdir(parents=True)  # where files should be
+    (tmp_path / 'running_print.mcap' / 'folder.mcap').mkdir(parents=True)  # no file
     bench = recorder_bench(graph, state_folder=str(tmp_path))
-    bench.until(lambda: bench.diagnosed('refused: journal') == '1')  # to be read
+    bench.until(lambda: bench.diagnosed('refused: journal') == '1')  # it cannot be read
     assert len(print_line(bench)[-1].x) > 100
-    bench.until(lambda: bench.diagnosed('refused: journal') == '2')  # to be written
+    bench.until(lambda: bench.diagnosed('refused: journal') == '2')  # nor written
     assert bench.call('path_recorder/clear').success
-    bench.until(lambda: bench.diagnosed('refused: journal') == '3')  # to be removed
+    bench.until(lambda: bench.diagnosed('refused: journal') == '3')  # nor removed
 
 
 def test_a_full_disk_costs_no_print(graph: Any, tmp_path: Path) -> None:

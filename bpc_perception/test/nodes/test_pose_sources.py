@@ -1,4 +1,4 @@
-"""The path of the nozzle, whatever the robot publishes of its flange."""
+"""The path of the nozzle from each source of flange poses."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ TURN_RATE = 0.02  # of A1 [rad/s]; 12 mm/s at the flange
 
 
 def joint_state(time: float) -> JointState:
-    """As the stack's joint_state_broadcaster may send it: any order, a prefix, other joints."""
+    """Joint states as joint_state_broadcaster may send them: any order, a prefix, more joints."""
     angles = ARM.copy()
     angles[0] = TURN_RATE * time
     names = [f'lbr_{joint}' for joint in reversed(JOINTS)]
@@ -84,7 +84,7 @@ class Rig:
         return publisher
 
     def print(self, publish: Callable[[float], None]) -> DepositionPath:
-        """Send the poses of three seconds; the path that came of them."""
+        """Send the poses of three seconds; return the path."""
         for time in np.arange(0, 3, 0.1):
             self.extruder.publish(extrusion(float(time)))
         self.graph.spin_until(lambda: self.paths)
@@ -101,7 +101,7 @@ def test_joint_states_become_the_path(graph: Any) -> None:
     x, y, z, time = (np.array(values) for values in (path.x, path.y, path.z, path.time))
     # Smoothing over 0.1 s cuts the circle by far less than a micrometre.
     np.testing.assert_allclose(np.hypot(x, y), RADIUS, atol=1e-6)
-    np.testing.assert_allclose(z, HEIGHT - NOZZLE[2], atol=5e-6)  # of five digits
+    np.testing.assert_allclose(z, HEIGHT - NOZZLE[2], atol=5e-6)  # known to five digits
     np.testing.assert_allclose(np.arctan2(y, x), TURN_RATE * time, atol=1e-5)
 
 
@@ -156,16 +156,16 @@ def test_a_robot_of_unknown_model_is_refused(graph: Any) -> None:
         graph.make(PathRecorderNode, pose__source='joint_states')
 
 
-# tf2, for which the wheels have no package: a stand-in with the names and errors of tf2_ros.
+# There is no wheel of tf2. Its stand-in has the names and errors of tf2_ros.
 
 
 class TransformException(Exception):
-    """As tf2_ros has it."""
+    """Stands in for the one of tf2_ros."""
 
 
 @pytest.fixture
 def tf(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[TransformStamped]]:
-    """The newest transform, or an empty list as long as there is none."""
+    """Stand in for tf2: the list has the newest transform, or nothing as long as there is none."""
     newest: list[TransformStamped] = []
 
     class Buffer:
@@ -206,7 +206,7 @@ def test_tf_is_refused_where_it_is_not_installed(
         graph.make(PathRecorderNode, pose__source='tf')
 
 
-# LBRState, of a package that has no wheel either: its messages are read as they are laid out.
+# There is no wheel of LBRState either. Its stand-in has the fields of the message.
 
 
 @pytest.fixture
@@ -222,14 +222,14 @@ def lbr(monkeypatch: pytest.MonkeyPatch) -> Iterator[FlangePoses]:
 
 
 def lbr_state(time: float, angles: Array = ARM) -> SimpleNamespace:
-    """The controller's clock shows seconds since it was switched on."""
+    """An LBRState. The clock of the controller shows the seconds since it was switched on."""
     return SimpleNamespace(time_stamp_sec=int(time), time_stamp_nano_sec=round(time % 1 * SECOND),
                            measured_joint_position=array('d', angles.tolist()))
 
 
 def test_lbr_states_are_put_on_our_clock(lbr: FlangePoses) -> None:
     lbr.read(lbr_state(100.0), START_NS)
-    # 10 ms later by the controller's clock; held up for 7 ms on the way.
+    # 10 ms later by the clock of the controller, and delayed by 7 ms on the way.
     stamp_ns, T = lbr.read(lbr_state(100.01), START_NS + 17 * 10**6)
     assert stamp_ns == START_NS + 10 * 10**6
     np.testing.assert_allclose(T[:3, 3], (RADIUS, 0, HEIGHT), atol=5e-6)
@@ -250,7 +250,7 @@ def test_lbr_states_are_refused_where_they_are_not_installed(
 
 
 def test_a_recording_of_joint_states_is_measured(tmp_path: Path) -> None:
-    """The arm draws 36 mm of a circle; the camera looks down on the strip of ink below."""
+    """The arm draws 36 mm of a circle, and the camera looks down on the ink."""
     with BagWriter(tmp_path / 'bag') as bag:
         for name, kind in {**topics.CAMERA, topics.EXTRUSION: ExtrusionState,
                            topics.JOINTS: JointState}.items():

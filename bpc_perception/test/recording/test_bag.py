@@ -1,4 +1,4 @@
-"""Recordings: what was written is read, by us and by others, and damage is survived."""
+"""Recordings can be read after writing, by us and by others, and after damage."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def point(number: int) -> PointStamped:
 
 
 def entries(count: int) -> list[tuple[str, int, Any]]:
-    """Points and words in turn, one a millisecond."""
+    """Return points and words in turn, one each millisecond."""
     return [('/points', START_NS + i * 10**6, point(i)) if i % 2 == 0
             else ('/words', START_NS + i * 10**6, String(data=f'word {i}' * 50))
             for i in range(count)]
@@ -86,7 +86,7 @@ def storage(folder: Path) -> Path:
     return file
 
 
-# What was written is read
+# Reading what was written
 
 
 @pytest.mark.parametrize('compress', [False, True])
@@ -153,7 +153,7 @@ def test_an_existing_folder_is_not_written_to(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-# Others read it too
+# Read by others
 
 
 def test_rosbags_reads_what_we_wrote(tmp_path: Path) -> None:
@@ -215,7 +215,7 @@ def test_rosbags_reads_our_messages_from_the_file_alone(tmp_path: Path, name: st
         assert store.deserialize_cdr(data, connection.msgtype).header.frame_id == 'here'
 
 
-# We read others'
+# Recordings of others
 
 
 def sqlite_bag(path: Path, first: int = 0, count: int = 5) -> Path:
@@ -267,7 +267,7 @@ def test_mcap_files_of_a_split_bag_are_read_by_number(tmp_path: Path) -> None:
 
 
 def write_plain(path: Path, count: int) -> tuple[Path, list[tuple[int, int]]]:
-    """A bag flushed after every message; where in the file each was complete."""
+    """Write a bag that is flushed after every message; return where in the file each ended."""
     file = path / f'{path.name}_0.mcap'
     ends = []
     with BagWriter(path) as writer:
@@ -304,7 +304,7 @@ def test_flipped_bytes_are_survived(tmp_path: Path, seed: int) -> None:
         for place in rng.integers(0, len(data), 3):
             spoiled[place] ^= int(rng.integers(1, 256))
         file.write_bytes(spoiled)
-        with suppress(BagError):  # and nothing else
+        with suppress(BagError):  # no other error
             read(tmp_path / 'bag')
 
 
@@ -347,12 +347,12 @@ def test_a_damaged_chunk_is_left_out(tmp_path: Path) -> None:
 
 
 def record(opcode: int, content: bytes, length: int | None = None) -> bytes:
-    """A record of an MCAP file that says it is of this length."""
+    """Return a record of an MCAP file that states this length."""
     return struct.pack('<BQ', opcode, len(content) if length is None else length) + content
 
 
 def chunk(compression: str, size: int, data: bytes, length: int | None = None) -> bytes:
-    """A chunk that says it unpacks to this size."""
+    """Return a chunk that states this unpacked size."""
     return record(6, struct.pack('<QQQII', 0, 0, size, 0, len(compression))
                   + compression.encode()
                   + struct.pack('<Q', len(data) if length is None else length) + data)
@@ -382,7 +382,7 @@ def test_a_length_that_lies_takes_no_memory(tmp_path: Path, content: bytes) -> N
         tracemalloc.stop()
 
 
-# What is no bag
+# No recording
 
 
 def test_a_missing_path_is_refused(tmp_path: Path) -> None:
@@ -439,12 +439,12 @@ def test_a_message_of_another_type_is_refused(tmp_path: Path) -> None:
         read(folder)
 
 
-# A print's recording
+# The recording of a print
 
 
 def recording(path: Path, stamps: Iterable[float], prefix: str = '/cell',
               leave_out: str = '') -> Bag:
-    """A bag of captures, received a second after their stamp."""
+    """Write a bag of captures, recorded a second after their stamps."""
     with BagWriter(path) as writer:
         for name, kind in topics.CAMERA.items():
             writer.add_topic(f'{prefix}/{name}', topics.type_name(kind))

@@ -1,4 +1,4 @@
-"""A recording measured without a graph, whatever came into it."""
+"""A recording measured without a graph, with all that may be in it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ CAPTURES = np.arange(0.5, 3.6, 1.0)
 
 
 class Recorded(Bag):
-    """What would be read of a recording with these messages, and how far it was read."""
+    """A recording of these messages that notes how far it was read."""
 
     def __init__(self, entries: Iterable[Entry]) -> None:
         self.path = Path('recorded')
@@ -78,7 +78,7 @@ def at(time: float) -> int:
 
 
 def recorded(poses_until: float = 4.0, captures: Iterable[float] = CAPTURES) -> list[Entry]:
-    """A print in order of recording."""
+    """Return the messages of a print in the order of recording."""
     entries = [entry for number in range(400) for entry in (
         *(robot(number / 100) if number / 100 < poses_until else ()), *extruder(number / 100))]
     entries += [entry for time in captures for entry in camera(time)]
@@ -90,14 +90,14 @@ def measured(bag: Bag) -> Iterator[Result]:
 
 
 def told(results: Iterable[Result]) -> list[str]:
-    """All that was found, to the last bit."""
+    """Return all results, to the last bit."""
     return [repr((result.capture.stamp_ns, result.advice, result.refusal,
                   result.profile and result.profile.thickness.tobytes())) for result in results]
 
 
 @pytest.fixture(scope='module')
 def expected() -> list[str]:
-    """Of the print as it should be recorded."""
+    """Return the results of the print as it should be recorded."""
     found = told(measured(Recorded(recorded())))
     assert len(found) == len(CAPTURES)
     assert not any(': expected' in each for each in found)
@@ -115,7 +115,7 @@ LOG_TIMES: dict[str, Callable[[int], int]] = {
 def test_captures_that_the_path_never_reaches_do_not_pile_up() -> None:
     bag = Recorded(recorded(poses_until=1.0, captures=np.arange(0.5, 10, 0.5)))
     for result in measured(bag):
-        assert bag.read_ns - result.capture.stamp_ns <= 3 * SECOND  # patience, and until the next
+        assert bag.read_ns - result.capture.stamp_ns <= 3 * SECOND  # patience and one capture
 
 
 @pytest.mark.parametrize('clock', LOG_TIMES)
@@ -126,7 +126,7 @@ def test_by_whatever_clock_it_was_recorded_a_print_is_measured(
     assert caplog.text == ''
 
 
-@pytest.mark.parametrize('when', [0.0, 1.0])  # first of all, and amid
+@pytest.mark.parametrize('when', [0.0, 1.0])  # at the start, and in between
 @pytest.mark.parametrize('source', [robot, extruder, camera])
 def test_messages_of_the_future_spoil_no_recording(
         source: Callable[[float, float], Iterable[Entry]], when: float,

@@ -1,4 +1,4 @@
-"""The running print on disk is what was published of it, whatever happened since."""
+"""The running print on disk is the one that was published, whatever happened afterwards."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def whole(count: int = COUNT) -> DepositionPath:
 
 
 def grow(path: GrowingPath, target: DepositionPath, count: int, finished: bool = False) -> None:
-    """Let a path grow to its first points of a target."""
+    """Let a path grow to the first points of a target."""
     part = target.where(np.arange(len(target)) < count)
     path.extend(0, replace(part, complete_until=float(part.time[-1]), finished=finished))
 
@@ -57,14 +57,14 @@ def journal_in(folder: Path) -> Iterator[PathJournal]:
 
 def keep(journal: PathJournal, path: GrowingPath, first: int, count: int,
          finished: bool = False) -> None:
-    """Keep a path as it grows point by point, a second each."""
+    """Keep a path while it grows by a point each second."""
     for number in range(first, count + 1):
         grow(path, whole(), number, finished and number == count)
         journal.take(path, START_NS + number * SECOND)
 
 
 def kept(folder: Path, count: int = COUNT, finished: bool = False) -> DepositionPath:
-    """A path that was kept point by point."""
+    """Keep a path point by point; return it."""
     path = GrowingPath('print', START_NS)
     with journal_in(folder) as journal:
         keep(journal, path, 1, count, finished)
@@ -85,7 +85,7 @@ def assert_same(one: DepositionPath | None, other: DepositionPath) -> None:
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-@pytest.mark.parametrize('records', [3, 1000])  # begun anew many times, or never
+@pytest.mark.parametrize('records', [3, 1000])  # the file is begun anew many times, or never
 def test_what_was_kept_is_resumed(tmp_path: Path, records: int,
                                   monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(path_journal, 'MOST_RECORDS', records)
@@ -140,9 +140,9 @@ def test_a_print_left_off_under_other_settings_is_not_resumed(
     now_ns = START_NS + (COUNT + 1) * SECOND
     with pytest.raises(OtherSettingsError, match=f'found {named}$'):
         PathJournal(tmp_path, changed).resume(now_ns, 30.0)
-    # One that is too old is none, and nothing has to be said of it.
+    # A print that is too old is silently left out.
     assert PathJournal(tmp_path, changed).resume(now_ns + 30 * SECOND, 30.0) is None
-    # What the points do not depend on may change.
+    # Settings may change on which the points do not depend.
     path = PathJournal(tmp_path, replace(CONFIG, publish_rate=10.0)).resume(now_ns, 30.0)
     assert path is not None
     assert_same(path.path(), known)
@@ -240,7 +240,7 @@ def test_a_killed_process_leaves_all_that_it_kept(tmp_path: Path) -> None:
 
 
 def test_on_a_full_disk_nothing_is_kept_and_that_is_said_once(tmp_path: Path) -> None:
-    """The limit on the size of a file stands in for the disk: both fail in write()."""
+    """A limit on the size of a file stands in for a full disk: both fail in write()."""
     path, other = GrowingPath('print', START_NS), GrowingPath('other', START_NS)
     grow(other, replace(whole(), print_id='other'), 3)
     with journal_in(tmp_path) as journal:

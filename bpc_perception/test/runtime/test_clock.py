@@ -25,7 +25,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.stamps import ns_to_stamp, stamp_to_ns
 
 pytestmark = pytest.mark.ros
-FUTURE_NS = (2**31 - 60) * SECOND  # as far as messages reach
+FUTURE_NS = (2**31 - 60) * SECOND  # near the largest stamp of a message
 
 
 def test_poses_and_states_of_the_future_do_not_keep_out_those_that_follow(graph: Any) -> None:
@@ -59,7 +59,7 @@ def test_a_clock_that_goes_back_clears_the_print(graph: Any) -> None:
 
 
 def test_a_capture_of_the_future_is_refused(graph: Any, tmp_path: Path) -> None:
-    """What was laid by its stamp, but not yet when it was taken, would pass for gaps."""
+    """It would count ink as a gap that was laid after the capture, but before its stamp."""
     bench = thickness_bench(graph, tmp_path)
     bench.send(topics.PATH, BEAD_PATH)
     bench.send_capture(FUTURE_NS)

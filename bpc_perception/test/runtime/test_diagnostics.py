@@ -1,4 +1,4 @@
-"""What diagnostics publish, and how soon."""
+"""What the diagnostics of a node publish, and how soon."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.ros
 
 
 def test_silence_of_an_input_is_said_at_once_and_until_it_is_over(graph: Any) -> None:
-    """Not with the next of the diagnostics that come each second."""
+    """It does not wait for the diagnostics that come each second."""
     bench = recorder_bench(graph, watch__warn_after=0.2, watch__error_after=0.4)
     bench.timer.cancel()
     states = bench.received['/diagnostics']
@@ -47,7 +47,7 @@ def test_silence_of_an_input_is_said_at_once_and_until_it_is_over(graph: Any) ->
 
 
 def test_a_second_fault_is_said_as_soon_as_the_first(graph: Any) -> None:
-    """Also within the second of the diagnostics in which the first was said."""
+    """It is published even within the same second."""
     bench = recorder_bench(graph, watch__warn_after=0.2, watch__error_after=60.0)
     bench.timer.cancel()
     states = bench.received['/diagnostics']
@@ -62,7 +62,7 @@ def test_a_second_fault_is_said_as_soon_as_the_first(graph: Any) -> None:
             bench.send(topics.EXTRUSION, extrusion(0.02 * sent, False))
 
     def said(text: str, *names: str) -> float:
-        """When it was said first, if these inputs go on [s]."""
+        """Return when the text was first published, while these inputs go on [s]."""
         before = len(states)
 
         def those() -> list[Any]:

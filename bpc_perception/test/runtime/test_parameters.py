@@ -1,4 +1,4 @@
-"""Parameters of a node: their limits, and what is refused."""
+"""Parameters of a node: their limits, and which values are refused."""
 
 from __future__ import annotations
 

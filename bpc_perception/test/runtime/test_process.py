@@ -1,4 +1,4 @@
-"""What nodes ask of the operating system, in processes of their own."""
+"""Memory, signs of life and end of the processes of nodes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rclpy.logging import get_logger
 
 stop = threading.Event()
 other = threading.Thread(target=stop.wait)
-other.start()  # threads of the middleware are there before a node knows its parameters
+other.start()  # the middleware has threads before a node knows its parameters
 try:
     limit_cpu_use(ProcessConfig(threads=2, niceness=7), get_logger('test'))
     threads = [int(thread) for thread in os.listdir('/proc/self/task')]

@@ -32,8 +32,8 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_exits_with_2() -> Non
 @pytest.mark.parametrize('numbers', [
     [signal.SIGTERM],
     [signal.SIGHUP],
-    [signal.SIGINT, signal.SIGINT],  # of the terminal and of ros2 launch
-    # Of the kernel, one for each thread of a parent that was killed; and of the impatient.
+    [signal.SIGINT, signal.SIGINT],  # from the terminal and from ros2 launch
+    # From the kernel, one for each thread of a killed parent; and from an impatient user.
     [signal.SIGTERM] * 1000,
     [signal.SIGINT] * 1000,
 ], ids=['SIGTERM', 'SIGHUP', 'SIGINT', 'many SIGTERM', 'many SIGINT'])
@@ -47,7 +47,7 @@ def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, numbers: list[sig
             graph.spin_until(lambda: 'path_recorder' in peer.get_node_names(), 30)
             for number in numbers:
                 process.send_signal(number)
-                time.sleep(0.005)  # or else two of a kind are one
+                time.sleep(0.005)  # otherwise two equal signals become one
                 if process.poll() is not None:
                     break
             _, errors = process.communicate(timeout=20)
@@ -55,7 +55,7 @@ def test_a_node_ends_when_told_to(graph: Any, ros_domain: int, numbers: list[sig
             process.kill()
     assert process.returncode == 0
     assert 'Traceback' not in errors
-    # It took its leave: of who does not, the graph keeps the publishers for another 20 s.
+    # It left the graph in order. Otherwise the graph keeps its publishers for another 20 s.
     graph.spin_until(lambda: peer.count_publishers(topics.PATH) == 0, 10)
 
 
@@ -125,7 +125,7 @@ import rclpy
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
-# As the command line does, in whose process a node may run.
+# As the command line does; a node may run in its process.
 signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 class Told(Node):

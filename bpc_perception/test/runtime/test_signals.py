@@ -1,4 +1,4 @@
-"""A terminal that is closed ends a command in good order, unless it was told not to care."""
+"""Closing its terminal ends a command in good order, unless the command ignores that."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ pytestmark = pytest.mark.ros
 
 
 def not_handled(*_: object) -> None:
-    """Stands in for the default, which would end the tests as well."""
+    """Stands in for the default action, which would end the tests as well."""
     raise AssertionError('expected SIGHUP to be handled')
 
 
 @pytest.fixture(params=[not_handled, signal.SIG_IGN], ids=['terminal', 'nohup'])
 def before(request: pytest.FixtureRequest) -> Iterator[Any]:
-    """What is done about SIGHUP where a command starts."""
+    """Set the action for SIGHUP that is found when a command starts."""
     handlers = {number: signal.getsignal(number)
                 for number in (signal.SIGHUP, signal.SIGTERM, signal.SIGINT)}
     signal.signal(signal.SIGHUP, request.param)

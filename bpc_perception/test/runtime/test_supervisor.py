@@ -1,4 +1,4 @@
-"""Nodes that die are started again: here small programs stand in for them."""
+"""Nodes that die are started again; small programs stand in for nodes."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ time.sleep(60)
 
 
 class Suite:
-    """Programs under supervision, and what is said of them on /diagnostics."""
+    """Programs under supervision, and what /diagnostics say of them."""
 
     def __init__(self, graph: Any, nodes: Nodes) -> None:
         self._graph = graph
@@ -139,7 +139,7 @@ def test_a_node_that_refuses_to_start_is_not_asked_twice(suite: Suite) -> None:
 
 
 def test_a_node_that_ran_before_and_then_refuses_is_asked_again(suite: Suite) -> None:
-    """What it needs may be about to be written, or not free yet."""
+    """A file may not be written yet, or a device not free yet."""
     suite.supervise('refuses_once')
     suite.until(lambda: suite.level('refuses_once') == DiagnosticStatus.OK)
     os.kill(suite.nodes.pid('refuses_once'), signal.SIGKILL)
@@ -163,7 +163,7 @@ def test_a_node_that_hangs_is_stale_and_then_started_again(
 
 def test_who_cannot_be_killed_holds_up_nobody(
         suite: Suite, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As a process that waits in the kernel for a device."""
+    """For example a process that waits in the kernel for a device."""
     monkeypatch.setattr(child_processes, 'KILL_PATIENCE_S', 0.1)
     suite.nodes.start('lingers')
     suite.until_it_speaks('lingers')
@@ -179,7 +179,7 @@ def test_who_cannot_be_killed_holds_up_nobody(
 
 
 class Blocked:
-    """An executor that hangs in the first callback, and looks whether the node spoke before."""
+    """An executor that hangs in the first callback, and reads signs of life from before it."""
 
     pipe, signs = -1, b''
 
@@ -192,7 +192,7 @@ class Blocked:
 
 
 def test_a_node_speaks_before_its_first_callback(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Or else of two in a process one that hangs from the start would not be missed."""
+    """Otherwise nobody would miss one of two nodes in a process that hangs from the start."""
     Blocked.pipe, into = os.pipe()
     os.set_blocking(Blocked.pipe, False)
     monkeypatch.setattr(run, 'SingleThreadedExecutor', Blocked)

@@ -38,7 +38,7 @@ run(Listens, large_messages={})
 @pytest.fixture
 def shared_memory_ports(graph: Any, ros_domain: int, monkeypatch: pytest.MonkeyPatch,
                         ) -> Callable[[bool], list[int]]:
-    """At which ports a node, that then is killed, hears messages through shared memory."""
+    """Return the ports at which a node, killed afterwards, hears through shared memory."""
     for name, value in with_profile(os.environ).items():
         monkeypatch.setenv(name, value)
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
@@ -65,8 +65,8 @@ def shared_memory_ports(graph: Any, ros_domain: int, monkeypatch: pytest.MonkeyP
 
 def test_nodes_one_after_another_listen_on_different_ports(
         shared_memory_ports: Callable[[bool], list[int]]) -> None:
-    """Whoever wrote to one that was killed may write to its port for ever."""
-    # Of 89 numbers; that four are one is as likely as one in 700 000.
+    """A process that wrote to a killed node may go on writing to its port for ever."""
+    # There are 89 numbers, so four are equal once in 700 000 times.
     found = [shared_memory_ports(True) for _ in range(4)]
     assert {len(ports) for ports in found} == {1}
     assert len({port for port, in found}) > 1
@@ -74,5 +74,5 @@ def test_nodes_one_after_another_listen_on_different_ports(
 
 def test_who_takes_no_captures_hears_nothing_through_shared_memory(
         shared_memory_ports: Callable[[bool], list[int]]) -> None:
-    """There a publisher that is killed may leave a lock for which it would wait a second."""
+    """There a killed publisher may leave a lock for which the node would wait a second."""
     assert shared_memory_ports(False) == []

@@ -1,4 +1,4 @@
-"""Shared memory that killed processes left is removed, that of living ones never."""
+"""Shared memory of killed processes is removed, that of living processes never."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SEGMENT, PORT = 'fastrtps_0123456789abcdef', 'fastrtps_port7411'
 
 
 def segment(folder: Path, name: str = SEGMENT, lock: str = '_el') -> list[Path]:
-    """The files of a segment or port, which nobody uses."""
+    """Make the files of a segment or port that no process uses."""
     files = [folder / name, folder / f'{name}{lock}', folder / f'sem.{name}_mutex']
     files[0].write_bytes(bytes(mmap.PAGESIZE))
     for file in files[1:]:
@@ -95,7 +95,7 @@ def test_nobody_takes_a_port_while_it_is_removed(tmp_path: Path) -> None:
 
 
 def test_what_is_young_stays(tmp_path: Path) -> None:
-    """Whoever made it may not have come to lock it."""
+    """Its process may not have locked it yet."""
     files = segment(tmp_path)
     assert clean(tmp_path, settled=1000) == 0
     for file in files:
