@@ -33,7 +33,7 @@ setup(
     extras_require={'test': ['pytest']},  # tells `colcon test` to run pytest
     zip_safe=False,
     entry_points={
-        'bpc.cameras': ['synthetic = bpc_sim.nodes.camera:prepare'],
+        'bpc.cameras': ['synthetic = bpc_sim.nodes.camera_back_end:prepare'],
         'bpc.commands': [
             'bench = bpc_sim.cli.bench:bench',
             'sim = bpc_sim.cli.sim:sim',

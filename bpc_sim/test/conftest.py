@@ -1,4 +1,4 @@
-"""What the tests of nodes share."""
+"""Fixtures of the tests of nodes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bpc_perception.runtime.isolated_graph import free_domain, Graph
 
 @pytest.fixture
 def graph() -> Iterator[Graph]:
-    """An empty ROS graph of its own."""
+    """A new, empty ROS graph."""
     with free_domain() as domain:
         made = Graph(domain)
         yield made

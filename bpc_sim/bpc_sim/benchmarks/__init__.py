@@ -1,1 +1,1 @@
-"""Speed; each benchmark verifies that results are right before it times them."""
+"""Benchmarks of speed; each verifies that results are right before it times them."""

@@ -29,7 +29,7 @@ def study(
     """Run a study on simulated prints of known thickness."""
     # Imported late: this module is loaded with every command, and the studies are slow to load.
     from bpc_sim.studies import STUDIES
-    from bpc_sim.studies.figures import figure
+    from bpc_sim.studies.sweep_figure import draw_sweep
 
     terminal = Terminal(quiet)
     if name not in STUDIES:
@@ -42,7 +42,7 @@ def study(
     terminal.show(table(chosen.title, rows))
     write_json(json_file, rows, terminal)
     if plot is not None:
-        page = chosen.draw() if chosen.draw else figure(chosen.title, rows, chosen.axes)
+        page = chosen.draw() if chosen.draw else draw_sweep(chosen.title, rows, chosen.axes)
         plot.write_text(page, encoding='utf-8')
         terminal.files([plot])
 

@@ -1,4 +1,4 @@
-"""A print that goes wrong, on the bed and before the camera of the other scenarios."""
+"""A print that goes wrong, on the bed and in front of the camera of the other scenarios."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.geometry import invert, transform
-from bpc_sim.closed_loop.loop import Situation, SPEED
-from bpc_sim.closed_loop.situations import situation
+from bpc_sim.closed_loop.situation import NOMINAL_SPEED_M_PER_S, Situation
+from bpc_sim.closed_loop.situations import make_situation
 from bpc_sim.ink.deposit import Deposit
-from bpc_sim.ink.extrusion import Extrusion, THINNEST
+from bpc_sim.ink.extrusion import Extrusion, THINNEST_BEAD_M
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.scenarios import meander
 
-BORDERS = 1e-4  # to which the ends of gaps are found [m]
+ARC_STEP_M = 1e-4  # between the arc lengths at which gaps and the nozzle are looked for
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoopJob:
-    """The robot's program, and what goes wrong when it is carried out.
+    """The robot's program, and what goes wrong when the robot carries it out.
 
     Attributes:
-        job: path, bed and camera; its own time runs faster or slower than that of the clock,
-            with the speed of the robot.
+        job: path, bed and camera; its time runs faster or slower than the clock, with the speed
+            of the robot.
         situation: what goes wrong.
     """
 
@@ -32,43 +32,48 @@ class ClosedLoopJob:
     situation: Situation
 
     @classmethod
-    def named(cls, name: str, seed: int, speed: float = SPEED) -> ClosedLoopJob:
-        """A meander that goes wrong in the way of this name, at this nominal speed [m/s]."""
+    def named(cls, name: str, seed: int, speed: float = NOMINAL_SPEED_M_PER_S) -> ClosedLoopJob:
+        """Return a meander in the situation of a name, at a nominal speed [m/s].
+
+        Raises:
+            ValueError: there is no situation of that name.
+        """
         job = meander(speed)
-        usual = situation(name, seed, job.length)
-        return cls(job, replace(usual, speed=lambda s: usual.speed(s) * (speed / SPEED)))
+        usual = make_situation(name, seed, job.length)
+        return cls(job, replace(usual, speed=lambda s: (
+            usual.speed(s) * (speed / NOMINAL_SPEED_M_PER_S))))
 
     def speed(self, s: float) -> float:
-        """Nominal speed at an arc length [m/s]."""
+        """Return the nominal speed [m/s] at an arc length [m]."""
         return float(self.situation.speed(np.array(s)))
 
     def flow(self, s: float) -> float:
-        """Nominal flow at an arc length [m^3/s]."""
+        """Return the nominal flow [m^3/s] at an arc length [m]."""
         return self.situation.behaviour.flow_for(self.situation.width, self.speed(s))
 
     def deposit(self, extrusion: Extrusion, laid: float) -> Deposit:
-        """The ink laid up to an arc length [m]."""
+        """Return the ink laid up to an arc length [m]."""
         curve = self.job.commanded.curve
-        s = np.arange(0.0, curve.length + BORDERS, BORDERS)
+        s = np.arange(0.0, curve.length + ARC_STEP_M, ARC_STEP_M)
         bare = np.concatenate(([False], extrusion.width(s) == 0, [False])).astype(np.int8)
         starts, ends = np.flatnonzero(np.diff(bare) == 1), np.flatnonzero(np.diff(bare) == -1) - 1
-        # Half a step to either side; a print that has not begun is one gap.
-        gaps = np.column_stack((s[starts] - BORDERS / 2, s[ends] + BORDERS / 2))
+        # Gaps extend by half a step to either side; a print that has not begun is one gap.
+        gaps = np.column_stack((s[starts] - ARC_STEP_M / 2, s[ends] + ARC_STEP_M / 2))
 
         def profile(s: Array) -> Array:
             s = np.asarray(s)
-            return np.maximum(extrusion.width(s.ravel()).reshape(s.shape), THINNEST)
+            return np.maximum(extrusion.width(s.ravel()).reshape(s.shape), THINNEST_BEAD_M)
 
         return replace(self.job.commanded, profile=profile, gaps=gaps, laid=laid,
                        height_ratio=self.situation.behaviour.height_ratio)
 
     def nearest(self, tip: Array) -> float:
-        """Arc length of the point of the path nearest to a tip (3,) in the base frame [m]."""
+        """Return the arc length [m] of the path's point nearest to a tip (3,) [m] of the base."""
         curve = self.job.commanded.curve
-        s = curve.uniform(round(curve.length / BORDERS) + 1)
+        s = curve.uniform(round(curve.length / ARC_STEP_M) + 1)
         planar = transform(invert(self.job.T_base_surface), tip)[:2]
         return float(s[np.argmin(np.linalg.norm(curve.points(s) - planar, axis=1))])
 
     def tip(self, T_base_flange: Array) -> Array:
-        """Nozzle tip (3,) in the base frame [m]."""
+        """Return the nozzle tip (3,) in the base frame [m] for a pose (4, 4) of the flange."""
         return transform(T_base_flange, np.asarray(self.job.nozzle_offset))

@@ -1,7 +1,7 @@
-"""Prints that go wrong, by name: what the advice is tried on.
+"""Prints that go wrong, by name: the test cases of the advice.
 
-Each seed is another printer: its stiffness, its noise and how far it is off differ. Unless a
-name says otherwise the syringe is stiff, the width varies by 2 %, and there is a capture a second.
+Each seed is another printer: stiffness, noise and deviation differ. Unless a name says otherwise,
+the syringe is stiff, the width varies by 2 %, and there is a capture each second.
 """
 
 from __future__ import annotations
@@ -13,167 +13,182 @@ import numpy as np
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
-from bpc_sim.closed_loop.loop import Situation, SPEED, WIDTH
-from bpc_sim.ink.extrusion import Behaviour, Delivery
+from bpc_sim.closed_loop.situation import NOMINAL_SPEED_M_PER_S, NOMINAL_WIDTH_M, Situation
+from bpc_sim.ink.extrusion import Delivery, ExtruderBehaviour
 
-LENGTH = 0.24  # of a print [m]
-SLOW_CAMERA = 1 / 0.3  # period of the slowest camera [s]
-FAULT = 0.1  # where a fault begins [m]
-DEAD_TIME = 0.5  # the longest [s]
+PRINT_LENGTH_M = 0.24
+SLOW_CAMERA_PERIOD_S = 1 / 0.3  # of the slowest camera
+FAULT_START_M = 0.1  # arc length at which a fault begins
+CLOG_LENGTH_M = 0.04
+LONGEST_DEAD_TIME_S = 0.5
+SPEED_CHANGE_LENGTH_M = 0.02  # from change to change
+CORNER_SPACING_M = 0.02
+CORNER_SLOWDOWN_M = 2e-3  # over which the robot slows down
 
 Maker = Callable[[Situation, np.random.Generator], Situation]
 
 
-def situation(name: str, seed: int, length: float = LENGTH) -> Situation:
-    """A print that goes wrong in the way of this name. Raises ValueError for an unknown name."""
+def make_situation(name: str, seed: int, length: float = PRINT_LENGTH_M) -> Situation:
+    """Return the situation of a name, on a printer that the seed chooses.
+
+    Raises:
+        ValueError: there is no situation of that name.
+    """
     if name not in SITUATIONS:
         raise ValueError(f'scenario: expected one of {", ".join(SITUATIONS)}, found {name}')
     rng = np.random.default_rng((seed, *name.encode()))
-    behaviour = Behaviour(lag=_between(rng, 0.05, 0.5), dead_time=float(rng.uniform(0, 0.2)),
-                          seed=seed)
+    behaviour = ExtruderBehaviour(lag=_log_uniform(rng, 0.05, 0.5),
+                                  dead_time=float(rng.uniform(0, 0.2)), seed=seed)
     stiff = Situation(name, behaviour, length=length, latency=float(rng.uniform(0.2, 0.5)),
                       acquisition=float(rng.uniform(0.15, 0.4)), seed=seed)
     return SITUATIONS[name](stiff, rng)
 
 
-def _between(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number by chance, evenly on a logarithmic scale."""
+def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    """Return a random number that is uniform on a logarithmic scale."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
-def _behaving(situation: Situation, **changes: object) -> Situation:
-    return replace(situation, behaviour=replace(situation.behaviour, **changes))  # type: ignore[arg-type]
+def _with_behaviour(situation: Situation, **changes: object) -> Situation:
+    """Return a situation whose extruder behaves differently."""
+    behaviour = replace(situation.behaviour, **changes)  # type: ignore[arg-type]
+    return replace(situation, behaviour=behaviour)
 
 
 def constant(share: float) -> Delivery:
-    """The same share everywhere."""
+    """Deliver the same share everywhere."""
     return lambda s: np.full(np.shape(s), share)
 
 
 def drift(share: float, length: float) -> Delivery:
-    """From all to this share over the print."""
+    """Deliver all at first, and linearly up to this share at the end of a length [m]."""
     return lambda s: 1 + (share - 1) * np.clip(s / length, 0, 1)
 
 
 def delivery(share: float) -> Maker:
-    """A part of the ink does not arrive, or more than is commanded."""
-    return lambda base, _: _behaving(base, delivery=constant(share))
+    """Deliver less or more ink than is commanded."""
+    return lambda base, _: _with_behaviour(base, delivery=constant(share))
 
 
 def viscosity(share: float) -> Maker:
-    """Less and less arrives, or more and more."""
-    return lambda base, _: _behaving(base, delivery=drift(share, base.length))
+    """Deliver less and less ink, or more and more."""
+    return lambda base, _: _with_behaviour(base, delivery=drift(share, base.length))
 
 
 def target_step(base: Situation, rng: np.random.Generator) -> Situation:
-    """Another width is wanted from somewhere on; the print program knows nothing of it."""
-    wanted = WIDTH * float(rng.choice((0.8, 0.85, 1.15, 1.2)))
+    """Want another width from a place on, which the print program does not know."""
+    wanted = NOMINAL_WIDTH_M * float(rng.choice((0.8, 0.85, 1.15, 1.2)))
     at = base.length * 0.4
     return replace(base, event=at, targets=WidthTargets(
-        np.array((0, at, at)), np.array((WIDTH, WIDTH, wanted))))
+        np.array((0, at, at)), np.array((NOMINAL_WIDTH_M, NOMINAL_WIDTH_M, wanted))))
 
 
-def graded(base: Situation, rng: np.random.Generator) -> Situation:
-    """The width wanted grows or shrinks along the path."""
-    first = WIDTH * float(rng.choice((0.85, 1.15)))
+def graded_target(base: Situation, rng: np.random.Generator) -> Situation:
+    """Want a width that grows or shrinks along the path."""
+    first = NOMINAL_WIDTH_M * float(rng.choice((0.85, 1.15)))
     return replace(base, width=first, targets=WidthTargets(
-        np.array((0, base.length)), np.array((first, 2 * WIDTH - first))))
+        np.array((0, base.length)), np.array((first, 2 * NOMINAL_WIDTH_M - first))))
 
 
 def noise(variation: float) -> Maker:
-    """On target but for noise."""
-    return lambda base, _: _behaving(base, noise=variation)
+    """Print on target, with noise of this coefficient of variation."""
+    return lambda base, _: _with_behaviour(base, noise=variation)
 
 
-def soft(lag: float, off: float = 0.3) -> Maker:
-    """A soft syringe that takes its time, seen seldom, and off by any share up to ``off``."""
+def soft_syringe(lag: float, off: float = 0.3) -> Maker:
+    """Use a soft syringe of a lag [s], a slow camera, and a delivery off by up to ``off``."""
     def make(base: Situation, rng: np.random.Generator) -> Situation:
         share = float(rng.uniform(1 - off, 1 + off))
-        return replace(_behaving(base, lag=lag, dead_time=DEAD_TIME, delivery=constant(share)),
-                       period=SLOW_CAMERA)
+        soft = _with_behaviour(base, lag=lag, dead_time=LONGEST_DEAD_TIME_S,
+                               delivery=constant(share))
+        return replace(soft, period=SLOW_CAMERA_PERIOD_S)
     return make
 
 
 def seldom(base: Situation, rng: np.random.Generator) -> Situation:
-    """A stiff syringe, seen seldom."""
-    return replace(delivery(float(rng.choice((0.7, 1.3))))(base, rng), period=SLOW_CAMERA)
+    """Use a stiff syringe and a slow camera."""
+    return replace(delivery(float(rng.choice((0.7, 1.3))))(base, rng), period=SLOW_CAMERA_PERIOD_S)
 
 
 def often(base: Situation, rng: np.random.Generator) -> Situation:
-    """Seen three times a second, from capture to advice in longer than that."""
+    """Take three captures a second, with a longer time from capture to advice."""
     return replace(delivery(float(rng.choice((0.7, 1.3))))(base, rng), period=1 / 3, latency=0.5,
                    acquisition=0.15)
 
 
 def speed_changes(base: Situation, rng: np.random.Generator) -> Situation:
-    """The robot hurries and dawdles, the flow with it, but for the lag."""
+    """Change the robot's speed and the flow with it; the lag remains."""
     def speed(s: Array) -> Array:
-        return np.where(np.floor(s / 0.02) % 2 == 0, 2 / 3, 4 / 3) * SPEED
+        slow = np.floor(s / SPEED_CHANGE_LENGTH_M) % 2 == 0
+        return np.where(slow, 2 / 3, 4 / 3) * NOMINAL_SPEED_M_PER_S
 
     share = float(rng.uniform(0.75, 1.25))
-    return replace(_behaving(base, lag=_between(rng, 0.3, 1), delivery=constant(share)),
+    return replace(_with_behaviour(base, lag=_log_uniform(rng, 0.3, 1), delivery=constant(share)),
                    speed=speed)
 
 
 def corners(base: Situation, rng: np.random.Generator) -> Situation:
-    """The robot slows down at corners, and the nozzle drags the bead."""
-    at = np.arange(0.02, base.length, 0.02)
+    """Slow the robot down at corners, where the nozzle drags the bead."""
+    at = np.arange(CORNER_SPACING_M, base.length, CORNER_SPACING_M)
 
     def speed(s: Array) -> Array:
-        return SPEED * (1 - 0.5 * np.exp(-(np.abs(np.asarray(s)[..., None] - at) / 2e-3).min(-1)))
+        away = (np.abs(np.asarray(s)[..., None] - at) / CORNER_SLOWDOWN_M).min(-1)
+        return NOMINAL_SPEED_M_PER_S * (1 - 0.5 * np.exp(-away))
 
     share = float(rng.uniform(0.75, 1.25))
-    return replace(_behaving(base, corners=at, delivery=constant(share)), speed=speed)
+    return replace(_with_behaviour(base, corners=at, delivery=constant(share)), speed=speed)
 
 
 def everything(base: Situation, rng: np.random.Generator) -> Situation:
-    """A soft syringe, drift, noise and corners at once."""
+    """Combine a soft syringe, drift, noise and corners."""
     share = float(rng.uniform(0.7, 1.3))
-    return _behaving(corners(base, rng), lag=_between(rng, 1, 4), dead_time=0.3,
+    return _with_behaviour(corners(base, rng), lag=_log_uniform(rng, 1, 4), dead_time=0.3,
                      delivery=lambda s: share * drift(0.75, base.length)(s), noise=0.1)
 
 
 def clog(base: Situation, rng: np.random.Generator) -> Situation:
-    """For 40 mm only a part of the ink passes."""
+    """Let only a part of the ink pass for 40 mm."""
     share = float(rng.uniform(0.25, 0.45))
 
     def passing(s: Array) -> Array:
-        return np.where((s >= FAULT) & (s < FAULT + 0.04), share, 1.0)
+        return np.where((s >= FAULT_START_M) & (s < FAULT_START_M + CLOG_LENGTH_M), share, 1.0)
 
-    return replace(_off(base, rng, passing), fault=FAULT, seen=True)
+    return replace(_off_target(base, rng, passing), fault=FAULT_START_M, fault_shows_in_bead=True)
 
 
 def bubble(base: Situation, rng: np.random.Generator) -> Situation:
-    """Air instead of ink."""
+    """Deliver air instead of ink for a few millimetres."""
     length = float(rng.uniform(0.003, 0.01))
-    return replace(_behaving(_off(base, rng), bubbles=np.array(((FAULT, FAULT + length),))),
-                   fault=FAULT, seen=True)
+    bubbles = np.array(((FAULT_START_M, FAULT_START_M + length),))
+    return replace(_with_behaviour(_off_target(base, rng), bubbles=bubbles), fault=FAULT_START_M,
+                   fault_shows_in_bead=True)
 
 
-def _off(base: Situation, rng: np.random.Generator, more: Delivery | None = None) -> Situation:
-    """Off by some share, so that there is a correction when the fault comes."""
+def _off_target(base: Situation, rng: np.random.Generator,
+                more: Delivery | None = None) -> Situation:
+    """Set the delivery off, so that a correction is in force when the fault comes."""
     share = float(rng.choice((0.8, 1.2)))
-    return _behaving(base, delivery=(lambda s: share * more(s)) if more else constant(share))
+    return _with_behaviour(base, delivery=(lambda s: share * more(s)) if more else constant(share))
 
 
 def extruder_fault(base: Situation, rng: np.random.Generator) -> Situation:
-    """The extruder stops with an error."""
-    return replace(_off(base, rng), extruder_lost=FAULT, fault=FAULT)
+    """Stop the extruder with an error."""
+    return replace(_off_target(base, rng), extruder_lost=FAULT_START_M, fault=FAULT_START_M)
 
 
 def camera_lost(base: Situation, rng: np.random.Generator) -> Situation:
-    """No more captures."""
-    return replace(_off(base, rng), camera_lost=FAULT, fault=FAULT)
+    """Deliver no more captures."""
+    return replace(_off_target(base, rng), camera_lost=FAULT_START_M, fault=FAULT_START_M)
 
 
 def path_lost(base: Situation, rng: np.random.Generator) -> Situation:
-    """Captures come, but the path does not go on."""
-    return replace(_off(base, rng), path_lost=FAULT, fault=FAULT)
+    """Deliver captures, but no more path."""
+    return replace(_off_target(base, rng), path_lost=FAULT_START_M, fault=FAULT_START_M)
 
 
-def calibration(offset: float) -> Maker:
-    """The bead lies beside the path, or seems to."""
-    return lambda base, _: replace(base, offset=offset, fault=0.0, seen=True)
+def wrong_calibration(offset: float) -> Maker:
+    """Put the bead beside the path, or seemingly so, by an offset [m]."""
+    return lambda base, _: replace(base, offset=offset, fault=0.0, fault_shows_in_bead=True)
 
 
 SITUATIONS: dict[str, Maker] = {
@@ -182,14 +197,14 @@ SITUATIONS: dict[str, Maker] = {
     'viscosity_rise': viscosity(0.5),
     'viscosity_fall': viscosity(1.5),
     'target_step': target_step,
-    'graded_target': graded,
+    'graded_target': graded_target,
     'noise_07': noise(0.07),
     'noise_15': noise(0.15),
     'noise_23': noise(0.23),
-    'lag_1': soft(1.0),
-    'lag_3': soft(3.0),
-    'lag_10': soft(10.0),
-    'lag_10_on_target': soft(10.0, 0.0),
+    'lag_1': soft_syringe(1.0),
+    'lag_3': soft_syringe(3.0),
+    'lag_10': soft_syringe(10.0),
+    'lag_10_on_target': soft_syringe(10.0, 0.0),
     'seldom': seldom,
     'often': often,
     'speed_changes': speed_changes,
@@ -200,6 +215,6 @@ SITUATIONS: dict[str, Maker] = {
     'extruder_fault': extruder_fault,
     'camera_lost': camera_lost,
     'path_lost': path_lost,
-    'calibration_5_mm': calibration(5e-3),
-    'calibration_2_mm': calibration(2e-3),
+    'calibration_5_mm': wrong_calibration(5e-3),
+    'calibration_2_mm': wrong_calibration(2e-3),
 }

@@ -1,65 +1,30 @@
 """A stand-in for the vendor's Python package ``zivid``, as far as a camera back end uses it.
 
-Shapes, units, types, errors and the order of events are those of zivid-python 2.17: the cloud in
-millimetres as float32 with NaN, four bytes a colour, linear unless asked for sRGB, RuntimeError
-for whatever happens to the camera, capture calls that block while the camera projects, and
-frames that block until they are processed.
+Shapes, units, types, errors and the order of events are those of zivid-python 2.17:
+
+- The cloud is in millimetres, float32 with NaN.
+- A colour has four bytes and is linear, unless sRGB is asked for.
+- Whatever happens to the camera raises RuntimeError.
+- Capture calls block while the camera projects, and frames block until they are processed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta, timezone
-from pathlib import Path
 import time
 from types import ModuleType, SimpleNamespace, TracebackType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import yaml
 
-from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
+from bpc_sim.doubles.srgb import linear_to_srgb
+from bpc_sim.doubles.zivid_settings import Settings, Settings2D
 
-FORMATS = ('xyz', 'z', 'rgba', 'bgra', 'rgba_srgb', 'bgra_srgb', 'snr')
-
-
-@dataclass
-class Acquisition:
-    """Exposure of one acquisition; nothing here depends on it."""
-
-    brightness: float = 1.8
-
-
-@dataclass
-class Settings2D:
-    """Settings of the colour image."""
-
-    acquisitions: list[Acquisition] = field(default_factory=list)
-
-    Acquisition = Acquisition
-
-
-@dataclass
-class Settings:
-    """Settings of a capture."""
-
-    acquisitions: list[Acquisition] = field(default_factory=list)
-    color: Settings2D | None = None
-
-    Acquisition = Acquisition
-
-    @classmethod
-    def load(cls, file_name: str | Path) -> Settings:
-        """From a file as Zivid Studio saves it. Raises RuntimeError for another."""
-        try:
-            content = yaml.safe_load(Path(file_name).read_text())['Settings']
-            colour = Settings2D([Acquisition()]) if content.get('Color') else None
-            return cls([Acquisition() for _ in content['Acquisitions']], colour)
-        except Exception as error:
-            raise RuntimeError(f'Failed to load settings: {file_name}') from error
+DATA_FORMATS = ('xyz', 'z', 'rgba', 'bgra', 'rgba_srgb', 'bgra_srgb', 'snr')
 
 
 @dataclass
@@ -67,15 +32,17 @@ class ZividDouble:
     """A camera that may be unplugged, and the package through which it is reached.
 
     Attributes:
-        see: what is before the camera at a time of time.time() [s], in metres, its colours in
-            proportion to the light.
-        acquisition, processing: how long it projects, and works afterwards [s].
-        plugged: whether it is there.
-        fails_while_processing: the next frame ends with an error.
-        intrinsics_scale: of the intrinsics told, where they belong to another resolution.
+        see: what is in front of the camera at a time of time.time() [s], in metres, with colours
+            in proportion to the light.
+        acquisition, processing: how long it projects, and how long it computes afterwards [s].
+        plugged: whether it is connected to the computer.
+        fails_while_processing: whether the next frame ends with an error.
+        intrinsics_scale: scale of the reported intrinsics, as if of another resolution.
+        estimate_scale: scale of the intrinsics estimated from a frame.
         throttling: how long a capture waits before it begins [s].
-        connections: how often it was connected.
-        application: which is there; a process may have one at a time.
+        connections: how often the camera was connected.
+        application: the present application; a process may have one at a time.
+        serial_number: serial number of the camera.
     """
 
     see: Callable[[float], Capture]
@@ -91,11 +58,11 @@ class ZividDouble:
     serial_number: str = '2020C0DE'
 
     def is_plugged(self) -> bool:
-        """Whether the camera is there."""
+        """Tell whether the camera is connected to the computer."""
         return self.plugged
 
     def modules(self) -> dict[str, ModuleType]:
-        """The package, by the names under which it is imported."""
+        """Return the modules of the package by their names."""
         zivid, experimental = ModuleType('zivid'), ModuleType('zivid.experimental')
         calibration = ModuleType('zivid.experimental.calibration')
         vars(zivid).update(Application=lambda: Application(self), Settings=Settings,
@@ -118,7 +85,7 @@ class Application:
         self._released = False
 
     def connect_camera(self, serial_number: str | None = None) -> Camera:
-        """Connect a camera."""
+        """Connect a camera. Raises RuntimeError if there is none with this serial number."""
         if self._released:
             raise RuntimeError('The application is released')
         if not self._double.is_plugged():
@@ -129,7 +96,7 @@ class Application:
         return Camera(self._double)
 
     def release(self) -> None:
-        """Let go of the SDK."""
+        """Release the SDK."""
         self._released = True
         self._double.application = None
 
@@ -144,19 +111,19 @@ class Camera:
 
     @property
     def info(self) -> SimpleNamespace:
-        """What it is."""
+        """Model, firmware and serial number."""
         return SimpleNamespace(model_name='Zivid 2 M70', firmware_version='1.2.3',
                                serial_number=self._double.serial_number)
 
     @property
     def state(self) -> SimpleNamespace:
-        """How it is."""
+        """Temperatures of the camera. Raises RuntimeError if it is unplugged."""
         self._check()
         return SimpleNamespace(temperature=SimpleNamespace(
             dmd=41.5, general=38.25, led=44.0, lens=36.5, pcb=46.0))
 
     def capture_2d_3d(self, settings: Settings) -> Frame:
-        """Project and take images; returns when that is done."""
+        """Project and take images; return when that is done."""
         if not isinstance(settings, Settings):
             raise TypeError(f'Unsupported type for argument settings. Got {type(settings)}, '
                             'expected Settings.')
@@ -167,28 +134,29 @@ class Camera:
         begun = time.time()
         time.sleep(self._double.acquisition)
         self._check()
-        # What stands before it halfway is as good as any instant, if nothing moves.
+        # If nothing moves, the middle of the acquisition is as good as any other time.
         self._seen = self._double.see(begun + self._double.acquisition / 2)
         return Frame(self._double, self._seen)
 
     def intrinsics(self, settings: Settings | None) -> SimpleNamespace:
-        """Its intrinsics for the resolution of the settings."""
+        """Return the intrinsics for the resolution of the settings."""
         del settings
         self._check()
         seen = self._seen or self._double.see(time.time())
-        return told(seen, self._double.intrinsics_scale)
+        return sdk_intrinsics(seen, self._double.intrinsics_scale)
 
     def disconnect(self) -> None:
-        """Give it back."""
+        """Disconnect the camera."""
         self._connected = False
 
     def _check(self) -> None:
+        """Raise RuntimeError unless the camera is connected."""
         if not (self._connected and self._double.is_plugged()):
             raise RuntimeError('Camera is not connected')
 
 
 class Frame:
-    """What a capture leaves; a context manager that releases it."""
+    """The result of a capture; a context manager that releases it."""
 
     def __init__(self, double: ZividDouble, seen: Capture) -> None:
         self._double = double
@@ -198,7 +166,7 @@ class Frame:
 
     @property
     def info(self) -> SimpleNamespace:
-        """When and how it was taken; the time stamp has whole seconds only."""
+        """When and how the frame was taken; the time stamp has whole seconds only."""
         return SimpleNamespace(
             time_stamp=datetime.now(timezone.utc).replace(microsecond=0),
             metrics=SimpleNamespace(
@@ -208,7 +176,7 @@ class Frame:
                 throttling_time=timedelta(seconds=self._double.throttling)))
 
     def point_cloud(self) -> PointCloud:
-        """The cloud, when it is processed."""
+        """Wait for the processing, and return the cloud."""
         if self._released:
             raise RuntimeError('The frame is released')
         time.sleep(max(self._ready - time.monotonic(), 0))
@@ -218,11 +186,11 @@ class Frame:
         return PointCloud(self._seen)
 
     def intrinsics(self) -> SimpleNamespace:
-        """As estimated from the frame."""
-        return told(self._seen, self._double.estimate_scale)
+        """Return the intrinsics as estimated from the frame."""
+        return sdk_intrinsics(self._seen, self._double.estimate_scale)
 
     def release(self) -> None:
-        """Free its memory."""
+        """Release the memory."""
         self._released = True
 
     def __enter__(self) -> Frame:
@@ -240,10 +208,10 @@ class PointCloud:
         self._seen = seen
 
     def copy_data(self, data_format: str) -> NDArray[Any]:
-        """A copy as an array. Raises ValueError for a format that does not exist."""
-        if data_format not in FORMATS:
+        """Return a copy as an array. Raises ValueError for a format that does not exist."""
+        if data_format not in DATA_FORMATS:
             raise ValueError(f'Unsupported data format: {data_format}. Supported formats: '
-                             f'{list(FORMATS)}')
+                             f'{list(DATA_FORMATS)}')
         seen = self._seen
         if data_format in ('xyz', 'z'):
             xyz = (seen.cloud * np.float32(1e3)).astype(np.float32)
@@ -252,26 +220,12 @@ class PointCloud:
             finite = np.isfinite(seen.cloud).all(axis=2)
             return np.where(finite, 30.0, 0.0).astype(np.float32)
         rgba = np.full((*seen.image.shape[:2], 4), 255, np.uint8)
-        rgba[..., :3] = srgb(seen.image) if data_format.endswith('srgb') else seen.image
+        rgba[..., :3] = linear_to_srgb(seen.image) if data_format.endswith('srgb') else seen.image
         return rgba[..., (2, 1, 0, 3)] if data_format.startswith('bgra') else rgba
 
 
-def linear(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """An sRGB image as proportional to the light [IEC 61966-2-1]."""
-    share = image / 255.0
-    light: Array = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055)**2.4)
-    return np.rint(255 * light).astype(np.uint8)
-
-
-def srgb(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """An image in proportion to the light as sRGB [IEC 61966-2-1]."""
-    light = image / 255.0
-    share: Array = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light**(1 / 2.4) - 0.055)
-    return np.rint(255 * share).astype(np.uint8)
-
-
-def told(seen: Capture, scale: float) -> SimpleNamespace:
-    """Intrinsics as the SDK has them."""
+def sdk_intrinsics(seen: Capture, scale: float) -> SimpleNamespace:
+    """Return the intrinsics of a capture, scaled, in the form of the SDK."""
     K = seen.camera.K * scale
     k1, k2, p1, p2, k3 = (*seen.camera.distortion, 0, 0, 0, 0, 0)[:5]
     return SimpleNamespace(
@@ -279,6 +233,6 @@ def told(seen: Capture, scale: float) -> SimpleNamespace:
         distortion=SimpleNamespace(k1=k1, k2=k2, k3=k3, p1=p1, p2=p2))
 
 
-def standing(capture: Capture) -> Callable[[float], Capture]:
-    """A scene in which nothing moves."""
+def still_scene(capture: Capture) -> Callable[[float], Capture]:
+    """Return a scene in which nothing moves."""
     return lambda _: replace(capture)

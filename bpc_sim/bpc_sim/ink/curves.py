@@ -1,6 +1,6 @@
-"""Planar curves by exact arc length: the paths that the printers of this package follow.
+"""Planar curves parametrised by exact arc length: the paths of the simulated prints.
 
-All curves lie in the surface frame: x and y in the surface, z its normal towards the viewer,
+All curves lie in the surface frame: x and y in the surface, z its normal towards the viewer, the
 origin at the curve's centre.
 """
 
@@ -15,7 +15,7 @@ from scipy.special import hyp2f1
 
 from bpc_perception.core.arrays import Array
 
-# Arc lengths (N,) [m] to points (N, 2) [m] and unit tangents (N, 2).
+# From arc lengths (N,) [m] to points (N, 2) [m] and unit tangents (N, 2).
 Locus = Callable[[Array], tuple[Array, Array]]
 
 
@@ -26,7 +26,7 @@ class Curve:
     Attributes:
         length: arc length of the whole curve [m].
         locus: points and unit tangents at given arc lengths.
-        breaks: inner arc lengths at which the curvature jumps [m], or at a corner the tangent.
+        breaks: inner arc lengths at which the curvature jumps, or at a corner the tangent [m].
         closed: whether the end meets the start.
     """
 
@@ -36,25 +36,25 @@ class Curve:
     closed: bool = False
 
     def points(self, s: Array) -> Array:
-        """Points (N, 2) [m] at arc lengths s (N,) [m]."""
+        """Return points (N, 2) [m] at arc lengths s (N,) [m]."""
         return self.locus(s)[0]
 
     def tangents(self, s: Array) -> Array:
-        """Unit tangents (N, 2), in the direction of travel."""
+        """Return unit tangents (N, 2) in the direction of travel, at arc lengths s (N,) [m]."""
         return self.locus(s)[1]
 
     def normals(self, s: Array) -> Array:
-        """Unit normals (N, 2), to the left of travel for a viewer whom the surface faces."""
+        """Return unit normals (N, 2) to the left of travel, as seen with the surface in front."""
         tangents = self.tangents(s)
         return np.stack((-tangents[:, 1], tangents[:, 0]), axis=1)
 
     def uniform(self, count: int) -> Array:
-        """Arc lengths (count,) of evenly spaced samples, both ends included [m]."""
+        """Return arc lengths (count,) of evenly spaced samples, both ends included [m]."""
         return np.linspace(0.0, self.length, count)
 
 
 def line(length: float) -> Curve:
-    """A straight line along x."""
+    """Return a straight line along x of a length [m]."""
     def locus(s: Array) -> tuple[Array, Array]:
         points = np.stack((s - length / 2, np.zeros_like(s)), axis=1)
         return points, np.tile((1.0, 0.0), (len(s), 1))
@@ -63,7 +63,10 @@ def line(length: float) -> Curve:
 
 
 def ring(radius: float, sweep: float = 2 * np.pi) -> Curve:
-    """A circle, or its first ``sweep`` radians, counter-clockwise from (radius, 0)."""
+    """Return a circle of a radius [m], or its first ``sweep`` radians.
+
+    It runs counter-clockwise from (radius, 0).
+    """
     def locus(s: Array) -> tuple[Array, Array]:
         cos, sin = np.cos(s / radius), np.sin(s / radius)
         return radius * np.stack((cos, sin), axis=1), np.stack((-sin, cos), axis=1)
@@ -72,7 +75,7 @@ def ring(radius: float, sweep: float = 2 * np.pi) -> Curve:
 
 
 def meander(pitch: float, length: float, strands: int) -> Curve:
-    """Straight strands along x of the given length, ``pitch`` apart, joined by half circles."""
+    """Return straight strands along x, ``pitch`` apart, joined by half circles; all in [m]."""
     radius = pitch / 2
     period = length + np.pi * radius
 
@@ -94,14 +97,14 @@ def meander(pitch: float, length: float, strands: int) -> Curve:
 
 def turtle(moves: Sequence[tuple[float, float]], start: tuple[float, float] = (0.0, 0.0),
            heading: float = 0.0, closed: bool = False) -> Curve:
-    """Straight lines, arcs and corners, one after the other.
+    """Return straight lines, arcs and corners, one after the other.
 
     Args:
-        moves: length [m] and turn [rad, positive to the left] of each; a line has no turn, a
-            corner no length.
-        start: where it starts [m].
-        heading: angle of its first tangent [rad].
-        closed: whether it is meant to end where it started.
+        moves: length [m] and turn [rad, positive to the left] of each; a line has no turn, and
+            a corner no length.
+        start: start point [m].
+        heading: angle of the first tangent [rad].
+        closed: whether the curve ends where it started.
     """
     lengths, turns = np.array(moves, float).T
     directions = heading + np.concatenate(([0.0], np.cumsum(turns)))[:-1]
@@ -131,7 +134,10 @@ def turtle(moves: Sequence[tuple[float, float]], start: tuple[float, float] = (0
 
 
 def archimedean(a: float, phi_start: float, phi_end: float) -> Curve:
-    """The spiral r = a phi for 0 <= phi_start <= phi <= phi_end, from the inside out."""
+    """Return the spiral r = a phi for 0 <= phi_start <= phi <= phi_end, from the inside out.
+
+    ``a`` is in [m], angles are in [rad].
+    """
     def arc_length(phi: Array) -> Array:
         return a / 2 * (phi * np.sqrt(1 + phi**2) + np.arcsinh(phi))
 
@@ -150,10 +156,10 @@ def archimedean(a: float, phi_start: float, phi_end: float) -> Curve:
 
 
 def fermat(a: float, phi_max: float) -> Curve:
-    """Both branches of r = +-a sqrt(phi), phi <= phi_max, as one path through the origin.
+    """Return both branches of r = +-a sqrt(phi), phi <= phi_max, as one path.
 
-    With the signed radius r as parameter, phi = (r / a)^2, the two branches are one smooth
-    curve: it starts at the outer end of the negative branch.
+    With the signed radius r as parameter, phi = (r / a)^2, the two branches are one smooth curve
+    through the origin. It starts at the outer end of the negative branch. ``a`` is in [m].
     """
     def arc_length(r: Array) -> Array:
         # The integral of sqrt(1 + 4 (r / a)^4); odd in r.
@@ -178,7 +184,7 @@ def fermat(a: float, phi_max: float) -> Curve:
 
 def _invert(function: Callable[[Array], Array], derivative: Callable[[Array], Array],
             values: Array, upper: Array) -> Array:
-    """Where a convex increasing function takes values (N,), by Newton from upper bounds (N,).
+    """Find where a convex increasing function takes values (N,), by Newton from upper bounds (N,).
 
     From above, the iteration falls monotonically: it needs no safeguard.
     """

@@ -1,15 +1,15 @@
-"""A syringe extruder that behaves badly: what leaves the nozzle, and the bead it makes.
+"""A syringe extruder with faults: what leaves the nozzle, and the bead that it makes.
 
 Constants are those that others have measured or use:
 
-- a compliant syringe is a first-order lag, tau dQ/dt + Q = Q_commanded: Klipper's pressure advance
-  takes tau from 0.05 to 1 s, camera data of a plastic extruder gives 0.25 to 0.37 s, and
-  soft syringes with tubes take 10 s and more to settle;
-- dead time of pneumatic dispensers: 0.15 s;
-- the width of printed lines varies by 7 to 23 % along a line, with an autocorrelation of 0.82
-  from one sample to the next (series published with arXiv:2201.11819); a sample is taken
-  to be a millimetre;
-- a bead of flow Q laid at speed v that spreads k-fold is w = k sqrt(4 Q / (pi v)) wide.
+- A compliant syringe is a first-order lag, tau dQ/dt + Q = Q_commanded. Klipper's pressure advance
+  takes tau from 0.05 to 1 s, camera data of a plastic extruder gives 0.25 to 0.37 s, and soft
+  syringes with tubes take 10 s and more to settle.
+- Pneumatic dispensers have a dead time of 0.15 s.
+- The width of printed lines varies by 7 to 23 % along a line, with an autocorrelation of 0.82
+  from one sample to the next (series published with arXiv:2201.11819); a sample is taken to be a
+  millimetre.
+- A bead of flow Q, laid at speed v and spread k-fold, is w = k sqrt(4 Q / (pi v)) wide.
 """
 
 from __future__ import annotations
@@ -24,39 +24,40 @@ from scipy.signal import lfilter
 
 from bpc_perception.core.arrays import Array
 
-CORRELATION = 0.82  # of the width noise, from one millimetre to the next
-NOISE_STEP = 2e-4  # between values of the noise [m]
-CORNER_LENGTH = 1e-3  # over which the bead recovers from a corner [m]
-THINNEST = 3e-4  # a bead tears where it would be thinner [m]
+NOISE_CORRELATION = 0.82  # of the width, from one millimetre to the next
+NOISE_STEP_M = 2e-4  # between values of the noise
+SMALLEST_NOISE_FACTOR = 0.2  # on the width
+CORNER_RECOVERY_M = 1e-3  # length over which the bead recovers from a corner
+THINNEST_BEAD_M = 3e-4  # a bead tears where it would be thinner
 
-# Arc lengths of any shape [m] to factors on the flow of the same shape.
+# From arc lengths of any shape [m] to factors on the flow of the same shape.
 Delivery = Callable[[Array], Array]
 
 
-def complete(s: Array) -> Array:
-    """All ink that is commanded arrives."""
+def full_delivery(s: Array) -> Array:
+    """Return 1 at all arc lengths s: all commanded ink arrives."""
     return np.ones(np.shape(s))
 
 
 @dataclass(frozen=True, eq=False)
-class Behaviour:
-    """How a printer misbehaves.
+class ExtruderBehaviour:
+    """How an extruder deviates from its command.
 
     Attributes:
         lag: time constant of the syringe's compliance [s].
-        dead_time: before a change of the command has any effect [s].
+        dead_time: time before a change of the command has any effect [s].
         delivery: share of the commanded flow that arrives, over arc length.
         noise: coefficient of variation of the width.
         bubbles: (B, 2) arc lengths between which air comes instead of ink [m].
-        corners: (C,) arc lengths of corners [m], behind which the nozzle drags the bead.
+        corners: (C,) arc lengths of corners [m]; behind a corner the nozzle drags the bead.
         drag: how much thinner the bead is at a corner, as a fraction.
-        spreading: width of the bead over the diameter of a round one.
-        seed: of the noise.
+        spreading: width of the bead over the diameter of a round bead.
+        seed: seed of the noise.
     """
 
     lag: float = 0.3
     dead_time: float = 0.15
-    delivery: Delivery = complete
+    delivery: Delivery = full_delivery
     noise: float = 0.02
     bubbles: Array = field(default_factory=lambda: np.empty((0, 2)))
     corners: Array = field(default_factory=lambda: np.empty(0))
@@ -65,24 +66,24 @@ class Behaviour:
     seed: int = 0
 
     def flow_for(self, width: float, speed: float) -> float:
-        """Flow [m^3/s] that makes a bead of this width [m] at this speed [m/s], all arriving."""
+        """Return the flow [m^3/s] for a width [m] at a speed [m/s] if all ink arrives."""
         return float(np.pi / 4 * (width / self.spreading)**2 * speed)
 
     @property
     def height_ratio(self) -> float:
-        """Height of the bead over its width: a parabola of area 2/3 w h holds the volume laid."""
+        """Height of the bead over its width: a parabola of area 2/3 w h holds the laid volume."""
         return float(3 / 8 * np.pi / self.spreading**2)
 
 
 class Extrusion:
-    """Ink as it is laid, from when the nozzle was where and what the extruder was told.
+    """Ink as it is laid, from the positions of the nozzle and the commands to the extruder.
 
     Args:
-        behaviour: of the printer.
-        length: of the path [m].
+        behaviour: how the extruder deviates from its command.
+        length: arc length of the path [m].
     """
 
-    def __init__(self, behaviour: Behaviour, length: float) -> None:
+    def __init__(self, behaviour: ExtruderBehaviour, length: float) -> None:
         self.behaviour = behaviour
         self.delivered = 0.0  # flow behind the compliance [m^3/s]
         self._length = length
@@ -93,7 +94,7 @@ class Extrusion:
     def advance(self, time: float, s: float, flow: float) -> None:
         """Go on to a time [s] at which the nozzle is at arc length s [m].
 
-        From the time before on the command was ``flow`` [m^3/s]. Times increase.
+        Since the previous time, the command was ``flow`` [m^3/s]. Times have to increase.
         """
         behaviour, step = self.behaviour, time - self._time
         if np.isfinite(step):
@@ -108,7 +109,7 @@ class Extrusion:
         self._time, self._s = time, s
 
     def width(self, s: Array) -> Array:
-        """Width of the ink (N,) at arc lengths s (N,) [m], 0 where there is none."""
+        """Return the width (N,) of the ink at arc lengths s (N,) [m]; 0 where there is none."""
         if not self._laid:
             return np.zeros(np.shape(s))
         laid, width = np.array(self._laid).T
@@ -116,19 +117,19 @@ class Extrusion:
         width = np.interp(s, laid, width) * np.sqrt(behaviour.delivery(s))
         width *= np.interp(s, *self._noise)
         behind = s[:, None] - behaviour.corners
-        dragged = np.where(behind >= 0, np.exp(-np.abs(behind) / CORNER_LENGTH), 0.0)
+        dragged = np.where(behind >= 0, np.exp(-np.abs(behind) / CORNER_RECOVERY_M), 0.0)
         width *= 1 - behaviour.drag * dragged.max(axis=1, initial=0.0)
         start, end = behaviour.bubbles.T
         missing = ((s[:, None] >= start) & (s[:, None] < end)).any(axis=1)
-        return np.where(missing | (width < THINNEST) | (s > self._s), 0.0, width)
+        return np.where(missing | (width < THINNEST_BEAD_M) | (s > self._s), 0.0, width)
 
     @cached_property
     def _noise(self) -> tuple[Array, Array]:
-        """Arc lengths and factors on the width there, a first-order autoregressive series."""
-        s = np.arange(0.0, self._length + 2 * NOISE_STEP, NOISE_STEP)
+        """Arc lengths (K,) [m] and factors (K,) on the width, autoregressive of first order."""
+        s = np.arange(0.0, self._length + 2 * NOISE_STEP_M, NOISE_STEP_M)
         rng = np.random.default_rng(self.behaviour.seed)
-        keep = CORRELATION**(NOISE_STEP / 1e-3)
+        keep = NOISE_CORRELATION**(NOISE_STEP_M / 1e-3)
         shocks = rng.standard_normal(len(s)) * np.sqrt(1 - keep**2)
         shocks[0] = rng.standard_normal()
         noise = lfilter([1.0], [1.0, -keep], shocks)
-        return s, np.maximum(1 + self.behaviour.noise * noise, 0.2)
+        return s, np.maximum(1 + self.behaviour.noise * noise, SMALLEST_NOISE_FACTOR)

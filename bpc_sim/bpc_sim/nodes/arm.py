@@ -1,4 +1,4 @@
-"""The synthetic robot as the LBR stack has it: joint states, and the state of the controller."""
+"""The synthetic robot in the messages of the LBR stack: joint states and controller state."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from bpc_sim.config import SimConfig
 from bpc_sim.nodes.steady_rate import SteadyRate
 from bpc_sim.printer.arm import Arm
 
-# The controller's clock is that of the cabinet, which nobody has set.
+# The controller uses the clock of the cabinet, which nobody has set.
 CONTROLLER_BEHIND_NS = 4321 * 10**9
 
 
 class SyntheticArmNode(Node):
-    """Publishes ``joint_states`` of an LBR Med 7 that prints, and ``lbr_state`` where it can."""
+    """Publishes ``joint_states`` of an LBR Med 7 that prints, and ``lbr_state`` if installed."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('synthetic_arm', **kwargs)
@@ -37,7 +37,7 @@ class SyntheticArmNode(Node):
         self._joint_states = self.create_publisher(
             JointState, topics.JOINTS, topics.EXTRUSION_QOS)
         self._lbr_states: Publisher | None = None
-        with suppress(BagError):  # raised where the stack is not installed
+        with suppress(BagError):  # the LBR stack is not installed
             self._lbr_state = message_type(LBR_STATE_TYPE)
             self._lbr_states = self.create_publisher(self._lbr_state, topics.LBR_STATE, 1)
         self._rate = SteadyRate(self._config.pose_rate)
@@ -49,7 +49,7 @@ class SyntheticArmNode(Node):
 
     def _publish(self, now_ns: int) -> None:
         t = (now_ns - self._config.start_time_ns) * 1e-9
-        angles = self._arm.reach(self._job.flange_pose(t))
+        angles = self._arm.joint_angles(self._job.flange_pose(t))
         message = JointState(name=[f'lbr_{joint}' for joint in JOINTS],
                              position=array('d', angles.tolist()))
         message.header.stamp = ns_to_stamp(now_ns)

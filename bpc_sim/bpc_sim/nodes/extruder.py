@@ -6,15 +6,15 @@ from typing import Any
 
 from bpc_perception.messages import topics
 from bpc_perception.runtime.run import run
-from bpc_sim.nodes.synthetic import SyntheticNode
-from bpc_sim.printer.messages import extruder_message, EXTRUDER_RATE
+from bpc_sim.nodes.message_stream import MessageStreamNode
+from bpc_sim.printer.messages import extruder_message, EXTRUDER_RATE_HZ
 
 
-class SyntheticExtruderNode(SyntheticNode):
+class SyntheticExtruderNode(MessageStreamNode):
     """Publishes ``extrusion_state`` of a simulated print."""
 
     def __init__(self, **kwargs: Any) -> None:
-        super().__init__('synthetic_extruder', topics.EXTRUSION, EXTRUDER_RATE,
+        super().__init__('synthetic_extruder', topics.EXTRUSION, EXTRUDER_RATE_HZ,
                          extruder_message, **kwargs)
 
 

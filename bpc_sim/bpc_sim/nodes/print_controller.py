@@ -14,10 +14,10 @@ from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.run import run
-from bpc_sim.closed_loop.rate_control import AdviceFollower, FLOW_SCALE, SPEED_SCALE
+from bpc_sim.closed_loop.controllers import AdviceFollower, FLOW_SCALE, SPEED_SCALE
 from bpc_sim.config import ControllerConfig
 
-COMMAND_RATE = 20.0  # [Hz]
+COMMAND_RATE_HZ = 20.0
 
 
 class PrintControllerNode(Node):
@@ -31,7 +31,7 @@ class PrintControllerNode(Node):
         self._commands = self.create_publisher(
             Float64, FLOW_SCALE if actuator == 'flow' else SPEED_SCALE, topics.RESULT_QOS)
         self.create_subscription(RateAdvice, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
-        self.create_timer(1.0 / COMMAND_RATE, self._command)
+        self.create_timer(1.0 / COMMAND_RATE_HZ, self._command)
 
     def _on_advice(self, message: RateAdvice) -> None:
         try:

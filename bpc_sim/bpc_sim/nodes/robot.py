@@ -6,11 +6,11 @@ from typing import Any
 
 from bpc_perception.messages import topics
 from bpc_perception.runtime.run import run
-from bpc_sim.nodes.synthetic import SyntheticNode
+from bpc_sim.nodes.message_stream import MessageStreamNode
 from bpc_sim.printer.messages import robot_message
 
 
-class SyntheticRobotNode(SyntheticNode):
+class SyntheticRobotNode(MessageStreamNode):
     """Publishes ``end_effector_pose`` of a simulated print."""
 
     def __init__(self, **kwargs: Any) -> None:

@@ -1,4 +1,4 @@
-"""The messages that robot and extruder of a simulated print send at a time."""
+"""The messages of robot and extruder of a simulated print."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from bpc_perception.messages.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_sim.printer.print_job import PrintJob
 
-EXTRUDER_RATE = 50.0  # [Hz]
+EXTRUDER_RATE_HZ = 50.0  # of the extruder's states
+CAMERA_LATENCY_NS = 120_000_000  # from the stamp of a capture to its messages
 
 
 def robot_message(job: PrintJob, t: float, stamp_ns: int) -> PoseStamped:
-    """The flange's pose at time t [s] of the job."""
+    """Return the flange's pose at time t [s] of the job."""
     return pose_to_message(stamp_ns, BASE, job.flange_pose(t))
 
 
 def extruder_message(job: PrintJob, t: float, stamp_ns: int) -> ExtrusionState:
-    """The extruder's state at time t [s] of the job."""
+    """Return the extruder's state at time t [s] of the job."""
     return ExtrusionState(
         header=Header(stamp=ns_to_stamp(stamp_ns)), extruding=bool(job.extruding(t)),
         plunger_velocity=float(job.plunger_velocity(t)),

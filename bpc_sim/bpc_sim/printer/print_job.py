@@ -1,7 +1,8 @@
-"""A print as a function of time: where the robot is, what the extruder does, what has been laid.
+"""A print as a function of time: pose of the robot, state of the extruder, laid ink.
 
-Time t is in seconds since the job's start. The robot waits above the path's start, lowers the
-nozzle, follows the path at constant speed while ink flows, stops, lifts, and waits again.
+Time t is in seconds since the job's start. The robot waits above the start of the path, lowers the
+nozzle, follows the path at constant speed while ink flows, stops, lifts the nozzle, and waits
+again.
 """
 
 from __future__ import annotations
@@ -17,35 +18,39 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.geometry import transform
 from bpc_sim.ink.deposit import Deposit, WidthProfile
 from bpc_sim.scene.camera import View
-from bpc_sim.scene.render import Nozzle, render, Scene, Sensor
+from bpc_sim.scene.render import render
+from bpc_sim.scene.scene import Nozzle, Scene, Sensor
 
 Times = Array | float
 
-SYRINGE_BORE = 26.7e-3  # inner diameter of a 50 ml syringe [m]
+SYRINGE_BORE_M = 26.7e-3  # inner diameter of a 50 ml syringe
+PLUNGER_AREA_M2 = np.pi / 4 * SYRINGE_BORE_M**2
+PLUNGER_NODES = 10001  # arc lengths at which the plunger's position is tabulated
 
 
 @dataclass(frozen=True, eq=False)
 class PrintJob:
-    """A print on a plane bed, all poses in the robot base frame.
+    """A print on a plane bed; all poses are in the robot base frame.
 
     Attributes:
-        commanded: what the controller asks for: path, width and commanded gaps, complete.
+        commanded: the complete print as the controller commands it: path, width and gaps.
         T_base_surface: (4, 4) pose of the surface frame.
         view: the camera and its pose.
         printed_width: width that really comes out; None for the commanded one.
-        faults: (F, 2) arc-length intervals in which the extruder runs but no ink comes, as when
-            a bubble passes [m].
-        speed: of the nozzle along the path [m/s].
-        dwell_before: from the job's start until the nozzle moves along the path [s]; the second
-            half of it lowers the nozzle.
-        dwell_after: from the path's end to the job's end [s]; the first half lifts the nozzle.
-        tip_height: of the nozzle tip above the bed while printing [m].
-        lift: how far above that the robot waits [m].
+        faults: (F, 2) intervals of arc length in which the extruder runs but no ink comes, as
+            when a bubble passes [m].
+        speed: speed of the nozzle along the path [m/s].
+        dwell_before: time from the job's start until the nozzle moves along the path [s]; in its
+            second half the nozzle is lowered.
+        dwell_after: time from the path's end to the job's end [s]; in its first half the nozzle
+            is lifted.
+        tip_height: height of the nozzle tip above the bed while printing [m].
+        lift: how far above that height the robot waits [m].
         nozzle_offset: (3,) nozzle tip in the flange frame [m].
         R_surface_flange: (3, 3) orientation of the flange; its z axis is the tool's direction.
-        nozzle: shape that the camera sees.
-        sensor: how the camera sees.
-        seed: of the noise in the captures.
+        nozzle: shape of the nozzle, as the camera sees it.
+        sensor: imperfections of the camera.
+        seed: seed of the noise in the captures.
     """
 
     commanded: Deposit
@@ -81,23 +86,23 @@ class PrintJob:
 
     @cached_property
     def deposit(self) -> Deposit:
-        """The ink as it lies when the print is complete, in the surface frame."""
+        """Ink of the complete print, in the surface frame."""
         return replace(self.commanded, profile=self.printed_width or self.commanded.profile,
                        gaps=np.concatenate((self.commanded.gaps, self.faults)))
 
     def laid(self, t: Times) -> Array:
-        """Arc length (...) that the nozzle has covered at times t (...) [m]."""
+        """Return the arc length (...) that the nozzle has covered at times t (...) [m]."""
         return np.clip((np.asarray(t) - self.dwell_before) * self.speed, 0.0, self.length)
 
     def tip(self, t: Times) -> Array:
-        """Nozzle tip (..., 3) at times t (...) in the base frame [m]."""
+        """Return the nozzle tip (..., 3) at times t (...) in the base frame [m]."""
         s = self.laid(t)
         planar = self.commanded.curve.points(s.ravel()).reshape(*s.shape, 2)
         height = self.tip_height + self.lift * self._lifted(np.asarray(t))
         return transform(self.T_base_surface, np.concatenate((planar, height[..., None]), -1))
 
     def flange_pose(self, t: Times) -> Array:
-        """T_base_flange (..., 4, 4) at times t (...)."""
+        """Return T_base_flange (..., 4, 4) at times t (...)."""
         tip = self.tip(t)
         R_base_flange = self.T_base_surface[:3, :3] @ self.R_surface_flange
         pose = np.zeros((*tip.shape[:-1], 4, 4))
@@ -107,25 +112,26 @@ class PrintJob:
         return pose
 
     def extruding(self, t: Times) -> NDArray[np.bool_]:
-        """Whether the extruder is told to push ink out at times t (...)."""
+        """Tell whether the extruder is commanded to push ink out at times t (...)."""
         t = np.asarray(t)
         under_way = (t >= self.dwell_before) & (t < self.end_of_path)
         return np.asarray(under_way & self.commanded.inked(self.laid(t)))
 
     def flow_rate(self, t: Times) -> Array:
-        """Commanded volume of ink per time (...) at times t (...) [m^3/s].
+        """Return the commanded volume of ink per time (...) at times t (...) [m^3/s].
 
-        By mass balance of a filament of the commanded width: (pi / 4) width^2 speed.
+        It follows from the mass balance of a filament of the commanded width:
+        (pi / 4) width^2 speed.
         """
         width = self.commanded.profile(self.laid(t))
         return np.where(self.extruding(t), np.pi / 4 * width**2 * self.speed, 0.0)
 
     def plunger_velocity(self, t: Times) -> Array:
-        """Velocity (...) of the syringe's plunger at times t (...) [m/s]."""
-        return self.flow_rate(t) / (np.pi / 4 * SYRINGE_BORE**2)
+        """Return the velocity (...) of the syringe's plunger at times t (...) [m/s]."""
+        return self.flow_rate(t) / PLUNGER_AREA_M2
 
     def plunger_position(self, t: Times) -> Array:
-        """How far the plunger has moved (...) at times t (...) [m]."""
+        """Return how far the plunger has moved (...) at times t (...) [m]."""
         s = self.laid(t)
         nodes, moved = self._plunger_table
         position = np.zeros(s.shape)
@@ -135,19 +141,19 @@ class PrintJob:
         return position
 
     def truth(self, s: Array) -> Array:
-        """True width (N,) of the complete print at arc lengths s (N,) [m]; 0 in gaps."""
+        """Return the true width (N,) of the complete print at arc lengths (N,) [m]; 0 in gaps."""
         return self.deposit.width(s)
 
     def capture(self, t: float, number: int, stamp_ns: int = 0) -> Capture:
-        """The capture of the given number at time t [s], the robot standing where it is then.
+        """Return the capture of a number at time t [s], with the robot where it is then.
 
-        The number seeds the noise: a capture can be made again.
+        The number seeds the noise, so that a capture can be made again.
         """
         return render(self.scene(t), self.view, self.sensor,
                       np.random.default_rng((self.seed, number)), stamp_ns)
 
     def scene(self, t: float) -> Scene:
-        """What stands before the camera at time t [s]."""
+        """Return what stands before the camera at time t [s]."""
         T_flange_tip = np.eye(4)
         T_flange_tip[:3, 3] = self.nozzle_offset
         return Scene(replace(self.deposit, laid=float(self.laid(t))), self.T_base_surface,
@@ -155,14 +161,17 @@ class PrintJob:
 
     @cached_property
     def _plunger_table(self) -> tuple[Array, Array]:
-        """Arc lengths (K,) and how far the plunger would move to there without gaps [m]."""
-        nodes = self.commanded.curve.uniform(10001)
+        """Arc lengths (K,), and how far the plunger would move up to there without gaps [m]."""
+        nodes = self.commanded.curve.uniform(PLUNGER_NODES)
         squared = self.commanded.profile((nodes[1:] + nodes[:-1]) / 2)**2
-        moved = np.cumsum(squared * np.diff(nodes)) / SYRINGE_BORE**2
+        moved = np.cumsum(squared * np.diff(nodes)) / SYRINGE_BORE_M**2
         return nodes, np.concatenate(([0.0], moved))
 
     def _lifted(self, t: Array) -> Array:
-        """Height (...) above the printing height as a fraction of ``lift``, with soft stops."""
+        """Return the height (...) above the printing height as a fraction of ``lift``.
+
+        Motion starts and stops softly.
+        """
         lowering = (t - self.dwell_before / 2) / (self.dwell_before / 2)
         lifting = (t - self.end_of_path) / (self.dwell_after / 2)
         part = np.clip(np.where(t < self.dwell_before, 1 - lowering, lifting), 0.0, 1.0)

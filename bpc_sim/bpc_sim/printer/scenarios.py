@@ -1,7 +1,7 @@
 """Named prints. Every builder takes the robot's speed: tests print fast, demonstrations as real.
 
-The bed lies in front of the robot, not quite level; the camera stands beside the robot and looks
-down at the bed from 25 degrees off its normal, as far away as a Zivid 2 M70 can focus.
+The bed lies in front of the robot and is not quite level. The camera stands beside the robot and
+looks down at the bed from 25 degrees off its normal, as far away as a Zivid 2 M70 can focus.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from bpc_sim.ink.deposit import constant_width, Deposit, knot_width, WidthProfil
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.scene.camera import look_at, View, zivid_m70
 
-SPEED = 3e-3  # the paper's [m/s]
-POSE_RATE = 100.0  # as the LBR stack's controller manager [Hz]
-CAMERA_DISTANCE = 0.34  # [m]; 0.19 mm per pixel
-CAMERA_TILT = np.radians(25.0)
+PRINT_SPEED_M_PER_S = 3e-3  # the paper's
+POSE_RATE_HZ = 100.0  # as the LBR stack's controller manager
+CAMERA_DISTANCE_M = 0.34  # 0.19 mm per pixel
+CAMERA_TILT_RAD = np.radians(25.0)
 
 
 def bed_pose() -> Array:
-    """T_base_surface (4, 4): in front of the robot, 1.2 degrees off level."""
+    """Return T_base_surface (4, 4): in front of the robot, 1.2 degrees off level."""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_euler('zyx', (20.0, 0.7, -1.0), degrees=True).as_matrix()
     pose[:3, 3] = (0.55, 0.05, 0.02)
@@ -40,45 +40,52 @@ def bed_pose() -> Array:
 
 
 def camera_view(width: int = 304, height: int = 228, scale: float = 1.0,
-                tilt: float = CAMERA_TILT) -> View:
-    """The camera of the scenarios, looking at the middle of the bed; ``tilt`` off its normal."""
+                tilt: float = CAMERA_TILT_RAD) -> View:
+    """Return the camera of the scenarios, which looks at the middle of the bed.
+
+    Args:
+        width: width of the image [pixels].
+        height: height of the image [pixels].
+        scale: scale of the camera's full image.
+        tilt: angle between the view and the bed's normal [rad].
+    """
     T_base_surface = bed_pose()
     eye = transform(T_base_surface,
-                    CAMERA_DISTANCE * np.array((0.0, -np.sin(tilt), np.cos(tilt))))
+                    CAMERA_DISTANCE_M * np.array((0.0, -np.sin(tilt), np.cos(tilt))))
     return View(zivid_m70(width, height, scale),
                 look_at(eye, T_base_surface[:3, 3], T_base_surface[:3, 0]))
 
 
-def spiral_gaps(speed: float = SPEED) -> PrintJob:
-    """The sample print: a spiral of slowly varying width with two gaps as planned and a fault."""
+def spiral_gaps(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return the sample print: a spiral of slowly varying width, two planned gaps and a fault."""
     curve = archimedean_curve(1e-3, np.pi, 6 * np.pi)
     return _job(curve, speed, printed=_slow_variation(curve, 2e-3, 0.12),
                 gaps=((0.055, 0.061), (0.118, 0.123)), faults=((0.088, 0.092),))
 
 
-def line(speed: float = SPEED) -> PrintJob:
-    """A line of 50 mm; extrusion stops half-way."""
+def line(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return a line of 50 mm; extrusion stops half-way."""
     return _job(line_curve(0.05), speed, gaps=((0.025, 0.05),))
 
 
-def ring(speed: float = SPEED) -> PrintJob:
-    """A closed circle of 15 mm radius."""
+def ring(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return a closed circle of 15 mm radius."""
     return _job(ring_curve(0.015), speed)
 
 
-def meander(speed: float = SPEED) -> PrintJob:
-    """Five strands of 36 mm, 6 mm apart."""
+def meander(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return five strands of 36 mm, 6 mm apart."""
     curve = meander_curve(6e-3, 0.036, 5)
     return _job(curve, speed, printed=_slow_variation(curve, 2e-3, 0.1))
 
 
-def archimedean(speed: float = SPEED) -> PrintJob:
-    """An Archimedean spiral, 6.3 mm from turn to turn."""
+def archimedean(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return an Archimedean spiral, 6.3 mm from turn to turn."""
     return _job(archimedean_curve(1e-3, np.pi, 6 * np.pi), speed)
 
 
-def fermat(speed: float = SPEED) -> PrintJob:
-    """Both branches of a Fermat spiral, 38 mm across."""
+def fermat(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return both branches of a Fermat spiral, 38 mm across."""
     return _job(fermat_curve(7.5e-3, 2 * np.pi), speed)
 
 
@@ -95,12 +102,12 @@ SCENARIOS: dict[str, Callable[[float], PrintJob]] = {
 def _job(curve: Curve, speed: float, width: float = 2e-3, printed: WidthProfile | None = None,
          gaps: tuple[tuple[float, float], ...] = (),
          faults: tuple[tuple[float, float], ...] = ()) -> PrintJob:
-    """A job of the commanded constant width [m] on the common bed, seen by the common camera."""
+    """Return a job of a constant commanded width [m], on the common bed."""
     return PrintJob(Deposit(curve, constant_width(width), np.reshape(gaps, (-1, 2))),
                     bed_pose(), camera_view(), printed, np.reshape(faults, (-1, 2)), speed)
 
 
 def _slow_variation(curve: Curve, width: float, amplitude: float) -> WidthProfile:
-    """A width that wanders by a fraction ``amplitude`` around ``width`` [m]; always the same."""
+    """Return a width that varies around ``width`` [m] by a fraction; it is always the same."""
     knots = curve.uniform(9)
     return knot_width(knots, width * (1 + amplitude * np.cos(1.3 * np.arange(9)**1.5)))

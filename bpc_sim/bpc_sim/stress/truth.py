@@ -1,7 +1,7 @@
-"""What can be known of each path sample of a scene, and a scene that carries this truth.
+"""What can be known of each sample of a path.
 
 The cross segment of a sample is the piece of the line across the path on which its own pass has
-laid ink: as long as the bead is wide, in a gap the path point alone. A single width exists, and
+laid ink: as long as the bead is wide; in a gap, the path point alone. A single width exists, and
 its edges are seen, where no other ink meets or nearly meets that segment.
 """
 
@@ -14,34 +14,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.capture.capture import Capture
-from bpc_perception.core.path.deposition_path import DepositionPath
-from bpc_sim.ink.deposit import Deposit, SEAM
-from bpc_sim.ink.strands import strands
+from bpc_sim.ink.curve_pieces import curve_pieces
+from bpc_sim.ink.deposit import Deposit, SEARCH_MARGIN_M
 
-STAMP_NS = 10**12  # of every capture: any time after the print
-SPEED = 3e-3  # of the nozzle [m/s]
-
-BORDER = 1.0  # this near to where ink starts or ends, either answer is right [pixels]
-CLEARANCE = 2.0  # other ink this near is not surely resolved [pixels]
-THIN = 3.0  # narrower ink is not surely seen [pixels]
-TOUCH = 1e-6  # strands that are closer touch [m]
-SAME = 1e-5  # nearer along the path, ink is the segment's own [m]
-PASS = 1.25  # nearer along the path, ink is of the same pass [widths]
+BORDER_PX = 1.0  # this near to a start or an end of ink, any answer is right
+CLEARANCE_PX = 2.0  # other ink this near may not be resolved
+THIN_PX = 3.0  # narrower ink may not be seen
+TOUCHING_M = 1e-6  # strands that are closer touch
+OWN_INK_M = 1e-5  # along the path: nearer ink belongs to the segment itself
+SAME_PASS_WIDTHS = 1.25  # along the path: nearer ink belongs to the same pass
+POINTS_ACROSS = 21  # of a cross segment
 
 Categories = NDArray[np.uint8]
 
 
 class Truth(IntEnum):
-    """What is right to say of a sample.
+    """The right answer for a sample.
 
     MEASURED: a single width exists and both of its edges are seen.
     GAP: the bed is seen, without ink.
     JUNCTION: ink of an earlier or later pass of the path meets the cross segment.
     HIDDEN: the path point or an edge is behind the nozzle or outside the image.
-    EDGE: any answer: at a border of the others, to the distances above; at corners, where the
-        segment meets the other leg; where spilled ink joins the bead; at the seam of a closed
-        path, which meets itself without changing its width.
+    EDGE: any answer is right: at a border between the others, up to the distances above; at
+        corners, where the segment meets the other leg; where spilled ink joins the bead; at the
+        seam of a closed path, which meets itself without a change of width.
     """
 
     MEASURED = 0
@@ -52,99 +48,77 @@ class Truth(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class StressScene:
-    """A capture, the path of its print, and what is true of it; arrays of N samples.
+class Clearances:
+    """Distances (N,) [m] of cross segments from other ink.
+
+    Not positive where they meet; infinite where nothing is near.
 
     Attributes:
-        name: of the scene.
-        capture: what the camera delivers.
-        T_base_camera: (4, 4) pose of the camera's optical frame in the base frame.
-        points: (N, 3) nozzle tip in the base frame [m].
-        arc_length: (N,) along these points, evenly spaced [m].
-        thickness: (N,) true width of the pass [m], 0 in gaps; to be compared where MEASURED.
-        expected: (N,) values of Truth.
-        pixel: length of a pixel's side on the bed [m].
+        same_pass: distance from ink of the same pass where it bends back, as behind a corner.
+        other_pass: distance from ink of an earlier or later pass.
     """
 
-    name: str
-    capture: Capture
-    T_base_camera: Array
-    points: Array
-    arc_length: Array
-    thickness: Array
-    expected: Categories
-    pixel: float
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    @property
-    def path(self) -> DepositionPath:
-        """The path as a recorder gives it; the extruder knows nothing of the gaps."""
-        unknown = np.full(len(self), np.nan)
-        return DepositionPath(
-            self.name, 0, STAMP_NS * 1e-9, True, self.arc_length / SPEED, self.arc_length,
-            self.points, unknown, unknown, np.ones(len(self), bool))
+    same_pass: Array
+    other_pass: Array
 
 
-def judge(deposit: Deposit, s: Array, pixel: float, drops: Array | None = None) -> Categories:
-    """Categories (N,) of samples at arc lengths s (N,) [m], all in view.
+def classify_samples(deposit: Deposit, s: Array, pixel: float,
+                     drops: Array | None = None) -> Categories:
+    """Return the values (N,) of Truth of samples that are all in view.
 
     Args:
         deposit: the ink along the path.
-        s: arc lengths [m].
+        s: (N,) arc lengths [m].
         pixel: length of a pixel's side on the bed [m].
         drops: (D, 3) centre and radius of round drops of spilled ink [m].
     """
     width = deposit.width(s)
-    near, far = clearances(deposit, s)
+    clearances = find_clearances(deposit, s)
+    near, far = clearances.same_pass, clearances.other_pass
     if drops is not None:
         near = np.minimum(near, drop_clearance(deposit, s, drops))
     category = np.where(width > 0, Truth.MEASURED, Truth.GAP)
     border = np.abs(s[:, None] - deposit.runs.ravel()).min(axis=1, initial=np.inf)
-    unsure = (border <= BORDER * pixel) | (np.minimum(near, far) <= CLEARANCE * pixel)
-    unsure |= (width > 0) & (width < THIN * pixel)
+    unsure = (border <= BORDER_PX * pixel) | (np.minimum(near, far) <= CLEARANCE_PX * pixel)
+    unsure |= (width > 0) & (width < THIN_PX * pixel)
     if deposit.curve.closed:
         unsure |= np.minimum(s, deposit.curve.length - s) <= deposit.profile(s) / 2
     category[unsure] = Truth.EDGE
-    category[far <= TOUCH] = Truth.JUNCTION
+    category[far <= TOUCHING_M] = Truth.JUNCTION
     return category.astype(np.uint8)
 
 
-def clearances(deposit: Deposit, s: Array) -> tuple[Array, Array]:
-    """Distances (N,) [m] of cross segments at s (N,) from ink of the same and of other passes.
-
-    Not positive where they meet; infinite where nothing is near. The same pass counts where
-    it bends back onto the segment, as behind a corner.
-    """
+def find_clearances(deposit: Deposit, s: Array) -> Clearances:
+    """Find the distances of cross segments at arc lengths s (N,) [m] from other ink."""
+    across = np.linspace(-1, 1, POINTS_ACROSS)
     half = deposit.width(s) / 2
-    across = np.linspace(-1, 1, 21)
     points = (deposit.curve.points(s)[:, None]
               + deposit.curve.normals(s)[:, None] * (half[:, None] * across)[..., None])
     points = points.reshape(-1, 2)
     own = np.repeat(s, len(across))
     near, far = np.full((2, len(points)), np.inf)
-    for strand in strands(deposit.curve):
-        close = strand.near(points, deposit.max_width / 2 + 1e-3)
+    for piece in curve_pieces(deposit.curve):
+        close = piece.near(points, deposit.max_width / 2 + SEARCH_MARGIN_M)
         if not len(close):
             continue
-        foot, offset, _ = (values[:, 0] for values in strand.feet(points[close][:, None]))
+        feet = piece.feet(points[close][:, None])
+        foot, offset = feet.s[:, 0], feet.offset[:, 0]
         distance = np.maximum(np.abs(offset) - deposit.profile(foot) / 2,
                               deposit.beyond_run(foot))
-        distance[(foot < strand.start - SEAM) | (foot > strand.end + SEAM)] = np.inf
+        distance[~piece.spans(foot)] = np.inf
         apart = np.abs(foot - own[close])
         if deposit.curve.closed:
             apart = np.minimum(apart, deposit.curve.length - apart)
-        same = apart <= PASS * deposit.profile(own[close])
-        distance[apart <= SAME] = np.inf
+        same = apart <= SAME_PASS_WIDTHS * deposit.profile(own[close])
+        distance[apart <= OWN_INK_M] = np.inf
         near[close] = np.fmin(near[close], np.where(same, distance, np.inf))
         far[close] = np.fmin(far[close], np.where(same, np.inf, distance))
     shape = len(s), len(across)
-    return near.reshape(shape).min(axis=1), far.reshape(shape).min(axis=1)
+    return Clearances(near.reshape(shape).min(axis=1), far.reshape(shape).min(axis=1))
 
 
 def drop_clearance(deposit: Deposit, s: Array, drops: Array) -> Array:
-    """Distance (N,) [m] of cross segments at s (N,) from the nearest drop (D, 3)."""
+    """Return the distance (N,) [m] of cross segments at s (N,) from the nearest drop (D, 3)."""
     half = deposit.width(s)[:, None] / 2
     offset = drops[:, :2] - deposit.curve.points(s)[:, None]
     lateral = np.einsum('ijk,ik->ij', offset, deposit.curve.normals(s))

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
-from bpc_sim.studies.cases import case_path, measure_case
-from bpc_sim.studies.closedloop import CLOSED_LOOP
-from bpc_sim.studies.closedloop_figure import draw
-from bpc_sim.studies.peers import PEERS_STUDY
-from bpc_sim.studies.scenes import HARDWARE, STRESS_STUDY
-from bpc_sim.studies.study import Row, Study
-from bpc_sim.studies.sweeps import RESOLUTION, THICKNESS
-from bpc_sim.studies.table1 import TABLE1
+from bpc_sim.studies.closedloop.study import CLOSED_LOOP
+from bpc_sim.studies.hardware_study import HARDWARE
+from bpc_sim.studies.paper.sweeps import RESOLUTION, THICKNESS
+from bpc_sim.studies.paper.table1 import TABLE1
+from bpc_sim.studies.peers.study import PEERS
+from bpc_sim.studies.stress_study import STRESS_SCENES
+from bpc_sim.studies.study_runner import Row, Study
 
-__all__ = ['STUDIES', 'Row', 'Study', 'case_path', 'measure_case']
+__all__ = ['STUDIES', 'Row', 'Study']
 
 STUDIES: dict[str, Study[Any, Any]] = {
     'table1': TABLE1,
     'resolution': RESOLUTION,
     'thickness': THICKNESS,
     'hardware': HARDWARE,
-    'stress': STRESS_STUDY,
-    'peers': PEERS_STUDY,
-    'closedloop': replace(CLOSED_LOOP, draw=draw),
+    'stress': STRESS_SCENES,
+    'peers': PEERS,
+    'closedloop': CLOSED_LOOP,
 }

@@ -1,4 +1,4 @@
-"""Benchmarks refuse to time what is wrong; how fast anything is, they say and no test does."""
+"""Benchmarks refuse to time wrong results. No test looks at how fast anything is."""
 
 import json
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bpc_sim.benchmarks import core
-from bpc_sim.benchmarks.timing import interleaved
+from bpc_sim.benchmarks.core_prints import spiral
+from bpc_sim.benchmarks.timing import time_interleaved
 from bpc_sim.cli.bench import bench
 
 
@@ -24,27 +25,27 @@ def test_the_smallest_verifies_and_is_written(tmp_path, capsys):
 
 
 def test_what_is_wrong_is_not_timed(monkeypatch):
-    monkeypatch.setattr(core, 'by', lambda *given: np.full(len(given[2]), 2.2e-3))
+    monkeypatch.setattr(core, 'measure_thickness', lambda *given: np.full(len(given[2]), 2.2e-3))
     with pytest.raises(ValueError, match=r'expected default to err by 0.02 mm .* found 0.2000'):
-        core.compare(core.spiral(512, 512, 512), 100, 1)
+        core.time_methods(spiral(512, 512, 512), 100, 1)
 
 
 def test_what_is_refused_is_not_right():
-    drawn = core.spiral(512, 512, 512)
+    drawn = spiral(512, 512, 512)
     s = drawn.deposit.curve.uniform(100)
     thickness = drawn.deposit.width(s)
-    assert drawn.error(s, thickness) == pytest.approx(0)
+    assert drawn.error_mm(s, thickness) == pytest.approx(0)
     thickness[::10] = np.nan
-    assert drawn.error(s, thickness) == np.inf
+    assert drawn.error_mm(s, thickness) == np.inf
 
 
 def test_runs_take_turns_and_slow_ones_run_once():
     order = []
-    times = interleaved({'a': lambda: order.append('a'), 'b': lambda: order.append('b')}, 2)
+    times = time_interleaved({'a': lambda: order.append('a'), 'b': lambda: order.append('b')}, 2)
     assert order == ['a', 'b'] * 3
-    assert all(0 <= median <= p95 for median, p95 in times.values())
+    assert all(0 <= timing.median <= timing.p95 for timing in times.values())
     order.clear()
-    interleaved({'a': lambda: order.append('a')}, 5, slow=0.0)
+    time_interleaved({'a': lambda: order.append('a')}, 5, slow=0.0)
     assert order == ['a']
 
 

@@ -1,11 +1,11 @@
-"""Curves against closed forms, numerical integration and finite differences."""
+"""Curves, compared with closed forms, numerical integration and finite differences."""
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from bpc_sim.ink import curves
-from bpc_sim.ink.strands import strands
+from bpc_sim.ink.curve_pieces import curve_pieces
 
 ALL = {
     'line': curves.line(0.05),
@@ -83,16 +83,17 @@ def test_meander_by_hand():
 def test_feet_are_found_to_nanometres(curve):
     rng = np.random.default_rng(1)
     s = rng.uniform(0, curve.length, 400)
-    # Less than the smallest radius of curvature, and than half the way to the next strand.
+    # Smaller than the smallest radius of curvature, and than half the distance of two strands.
     offset = rng.uniform(-1e-3, 1e-3, 400)
     if curve is ALL['archimedean from the origin']:
         s, offset = np.clip(s, 0.01, None), offset / 2
     points = curve.points(s) + offset[:, None] * curve.normals(s)
     found = np.zeros(len(s), bool)
-    for strand in strands(curve):
-        near = strand.near(points, 2e-3)
-        found_s, found_offset, heading = (x[:, 0] for x in strand.feet(points[near][:, None]))
-        right = ((found_s >= strand.start - 1e-9) & (found_s <= strand.end + 1e-9)
+    for piece in curve_pieces(curve):
+        near = piece.near(points, 2e-3)
+        feet = piece.feet(points[near][:, None])
+        found_s, found_offset, heading = feet.s[:, 0], feet.offset[:, 0], feet.heading[:, 0]
+        right = ((found_s >= piece.start - 1e-9) & (found_s <= piece.end + 1e-9)
                  & (np.abs(found_s - s[near]) < 1e-3))
         np.testing.assert_allclose(found_s[right], s[near][right], atol=5e-8)
         np.testing.assert_allclose(found_offset[right], offset[near][right], atol=3e-9)

@@ -8,7 +8,7 @@ import pytest
 from bpc_sim.ink.curves import line, meander, ring
 from bpc_sim.ink.deposit import constant_width, Deposit, knot_width, linear_width, random_gaps
 
-MM = 1e-3
+MM = 1e-3  # [m]
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What every camera back end has to keep, whichever it is; and what the Zivid one does besides."""
+"""The contract of all camera back ends, and the further behaviour of the Zivid back end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ import pytest
 
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.runtime.isolated_graph import Graph
-from bpc_sim.doubles.zivid import linear, srgb, standing, ZividDouble
+from bpc_sim.doubles.srgb import linear_to_srgb, srgb_to_linear
+from bpc_sim.doubles.zivid import still_scene, ZividDouble
 from bpc_sim.printer.scenarios import SCENARIOS
 
 pytest.importorskip('rclpy')
@@ -51,8 +52,8 @@ class Rig:
 
 @pytest.fixture
 def zivid(monkeypatch: pytest.MonkeyPatch) -> ZividDouble:
-    """A Zivid camera that is quick, and its package."""
-    double = ZividDouble(standing(SEEN), acquisition=0.04, processing=0.02)
+    """A fast Zivid camera, and its package."""
+    double = ZividDouble(still_scene(SEEN), acquisition=0.04, processing=0.02)
     for name, module in double.modules().items():
         monkeypatch.setitem(sys.modules, name, module)
     return double
@@ -60,7 +61,7 @@ def zivid(monkeypatch: pytest.MonkeyPatch) -> ZividDouble:
 
 @pytest.fixture(params=back_ends())
 def rig(request: pytest.FixtureRequest, graph: Graph, tmp_path: Path) -> Iterator[Rig]:
-    """A camera of each kind that has something to deliver."""
+    """A camera of each back end that can deliver captures."""
     name, double = request.param, None
     parameters: dict[str, Any] = {}
     if name == 'bag':
@@ -101,14 +102,15 @@ def test_the_cloud_is_in_metres_on_its_own_pixels(rig: Rig) -> None:
     finite = np.isfinite(capture.cloud).all(axis=2)
     assert finite.mean() > 0.5
     assert 0.2 < np.median(capture.cloud[finite][:, 2]) < 1.0
-    assert not np.any(capture.cloud[finite] == 0.0, axis=1).all()  # none is NaN, never zero
+    # A missing point is NaN, never zero.
+    assert not np.any(capture.cloud[finite] == 0.0, axis=1).all()
     v, u = np.nonzero(finite)
     uv = capture.camera.pixels(capture.cloud[finite].astype(float))
     np.testing.assert_allclose(np.median(np.abs(uv - np.stack((u, v), 1)), axis=0), 0, atol=0.1)
 
 
 def test_ink_and_bed_have_their_colours(rig: Rig) -> None:
-    """As painted, not darker, and red and blue in their places."""
+    """Colours are not darkened, and red and blue are not swapped."""
     capture = rig.capture()
     bed = np.median(capture.image.reshape(-1, 3), axis=0)
     np.testing.assert_allclose(bed, np.median(SEEN.image.reshape(-1, 3), axis=0), atol=3)
@@ -136,7 +138,8 @@ def test_connecting_and_closing_twice_does_no_harm(rig: Rig) -> None:
     rig.camera.close()
 
 
-@pytest.mark.parametrize('rig', ['bag', 'zivid'], indirect=True)  # the simulated one cannot fail
+# The simulated camera cannot fail.
+@pytest.mark.parametrize('rig', ['bag', 'zivid'], indirect=True)
 def test_what_fails_raises_a_camera_error(rig: Rig) -> None:
     for _ in range(3):
         rig.capture()
@@ -146,7 +149,7 @@ def test_what_fails_raises_a_camera_error(rig: Rig) -> None:
         rig.capture()
 
 
-# The recording that is damaged in the middle.
+# A recording that is damaged in the middle.
 
 
 def test_a_damaged_recording_is_said_and_the_driver_lives(graph: Graph, tmp_path: Path) -> None:
@@ -180,7 +183,7 @@ def test_the_stamp_is_the_middle_of_the_acquisition(graph: Graph, zivid: ZividDo
     before = time.time()
     capture = camera.capture(0)
     assert capture.stamp_ns * 1e-9 == pytest.approx(before + 0.1, abs=0.05)
-    zivid.throttling = 0.3  # before it begins
+    zivid.throttling = 0.3  # before the acquisition begins
     before = time.time()
     assert camera.capture(0).stamp_ns * 1e-9 == pytest.approx(before + 0.4, abs=0.05)
     assert 'cool down' in str(camera.notes()['WARN'])
@@ -288,7 +291,7 @@ def test_unfit_settings_are_refused(graph: Graph, zivid: ZividDouble, tmp_path: 
 def test_colours_are_brighter_if_asked_for(graph: Graph, zivid: ZividDouble) -> None:
     assert zivid.plugged
     found = opened(graph, color_space='srgb').capture(0).image
-    np.testing.assert_array_equal(found, srgb(SEEN.image))
+    np.testing.assert_array_equal(found, linear_to_srgb(SEEN.image))
     assert np.median(found) > np.median(SEEN.image)
 
 
@@ -306,8 +309,8 @@ def test_without_the_package_it_is_refused(graph: Graph, monkeypatch: pytest.Mon
 
 
 def test_srgb_is_as_the_standard_has_it() -> None:
-    assert srgb(np.array([[[0, 55, 255]]], np.uint8)).tolist() == [[[0, 128, 255]]]
-    assert linear(np.array([[[0, 128, 255]]], np.uint8)).tolist() == [[[0, 55, 255]]]
+    assert linear_to_srgb(np.array([[[0, 55, 255]]], np.uint8)).tolist() == [[[0, 128, 255]]]
+    assert srgb_to_linear(np.array([[[0, 128, 255]]], np.uint8)).tolist() == [[[0, 55, 255]]]
 
 
 def test_the_node_publishes_snr_and_says_how_the_camera_is(graph: Graph,

@@ -1,4 +1,4 @@
-"""Printer and print controller of the closed loop in one process, with advice that is made up."""
+"""Printer and print controller of the closed loop in one process, with invented advice."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from std_msgs.msg import Float64
 
 from bpc_interfaces.msg import ExtrusionState, RateAdvice
 from bpc_perception.messages import topics
-from bpc_sim.closed_loop.rate_control import FLOW_SCALE, SPEED_SCALE
+from bpc_sim.closed_loop.controllers import FLOW_SCALE, SPEED_SCALE
 from bpc_sim.nodes.print_controller import PrintControllerNode
 from bpc_sim.nodes.printer import SyntheticPrinterNode
 
 pytestmark = pytest.mark.ros
-S = 10**9
+SECOND_NS = 10**9
 
 
 def now_ns(node: Node) -> int:
@@ -31,7 +31,7 @@ def advice(stamp_ns: int, flow: float, lifetime: float) -> RateAdvice:
     message = RateAdvice(print_id='print', valid=True, reason=RateAdvice.UNDER_EXTRUSION,
                          flow_rate_scale=flow, speed_scale=1 / flow, confidence=1.0)
     message.header.stamp = ns_to_stamp(stamp_ns)
-    message.valid_until = ns_to_stamp(stamp_ns + round(lifetime * S))
+    message.valid_until = ns_to_stamp(stamp_ns + round(lifetime * SECOND_NS))
     return message
 
 

@@ -1,4 +1,4 @@
-"""The extruder bridge on pseudo-terminals, with what real wires do to it."""
+"""The extruder bridge on pseudo-terminals, with the faults of real wires."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from bpc_perception.messages import topics
 from bpc_perception.nodes.extruder_bridge import ExtruderBridgeNode
 
 pytestmark = pytest.mark.ros
-STEPS_PER_SECOND = 100.0  # half a turn: with a lead of 1 mm, 0.5 mm/s
+STEPS_PER_S = 100.0  # half a turn per second: 0.5 mm/s with a lead of 1 mm
 GEOMETRY = {'plunger__lead': 1e-3, 'plunger__bore': 0.02}
-VELOCITY, FLOW = 5e-4, np.pi / 4 * 0.02**2 * 5e-4
+VELOCITY, FLOW = 5e-4, np.pi / 4 * 0.02**2 * 5e-4  # [m/s], [m^3/s]
 
 
 class Bench:
-    """A bridge, and what it publishes."""
+    """A bridge, and what it has published."""
 
     def __init__(self, graph: Graph, **parameters: Any) -> None:
         self.graph = graph
@@ -55,7 +55,7 @@ class Bench:
         self.graph.spin_until(condition)
 
     def more(self, count: int = 5) -> list[ExtrusionState]:
-        """The next states."""
+        """Wait for more states, and return them."""
         begin = len(self.states)
         self.until(lambda: len(self.states) >= begin + count)
         return self.states[begin:]
@@ -65,7 +65,7 @@ class Bench:
 def wire(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Wire]:
     """An extruder that pushes from now on."""
     start = time.time()
-    tic = TicDouble(lambda now: (STEPS_PER_SECOND * (now - start), STEPS_PER_SECOND))
+    tic = TicDouble(lambda now: (STEPS_PER_S * (now - start), STEPS_PER_S))
     with Wire(tic, tmp_path / 'ttyACM0', lines=request.param == 'serial') as made:
         yield made
 
@@ -88,7 +88,7 @@ def test_states_are_those_of_the_device(graph: Graph, wire: Wire) -> None:
                        for state in states])
     positions = np.array([state.plunger_position for state in states])
     slope = np.polyfit(stamps - stamps[0], positions, 1)[0]
-    assert slope == pytest.approx(VELOCITY, rel=0.25)  # as well as a busy machine keeps time
+    assert slope == pytest.approx(VELOCITY, rel=0.25)  # a busy machine is not exact
     assert np.all(np.diff(positions) >= 0)
     assert np.all(np.diff(stamps) > 0)
     found.until(lambda: found.values.get('step mode') == '3')
@@ -114,7 +114,7 @@ def test_lost_bytes_cost_states_but_falsify_none(graph: Graph, wire: Wire) -> No
 def test_a_late_answer_is_not_taken_for_the_next(graph: Graph, tmp_path: Path,
                                                  late: float) -> None:
     start = time.time()
-    tic = TicDouble(lambda now: (STEPS_PER_SECOND * (now - start), STEPS_PER_SECOND))
+    tic = TicDouble(lambda now: (STEPS_PER_S * (now - start), STEPS_PER_S))
     with Wire(tic, tmp_path / 'ttyACM0', lines=False) as wire:
         found = Bench(graph, back_end='tic', port=str(wire._port), timeout=2.0)
         found.more()
@@ -227,7 +227,7 @@ def test_a_bool_holds_as_long_as_its_publisher_is_there(graph: Graph) -> None:
     publisher = found.peer.create_publisher(Bool, topics.EXTRUDING, topics.RESULT_QOS)
     found.until(publisher.get_subscription_count)
     publisher.publish(Bool(data=True))
-    states = found.more(10)  # said once, repeated since
+    states = found.more(10)  # published once, repeated since then
     assert all(state.extruding for state in states)
     assert all(np.isnan((s.plunger_velocity, s.plunger_position, s.flow_rate)).all()
                for s in states)
@@ -238,4 +238,4 @@ def test_a_bool_holds_as_long_as_its_publisher_is_there(graph: Graph) -> None:
     count = len(found.states)
     end = time.monotonic() + 0.2
     found.until(lambda: time.monotonic() > end)
-    assert len(found.states) <= count + 2  # what was under way
+    assert len(found.states) <= count + 2  # messages that were under way

@@ -1,8 +1,8 @@
-"""Devices sample at a steady rate, though what plays them is held up."""
+"""Devices sample at a steady rate, even if the process that simulates them is held up."""
 
-from bpc_sim.nodes.steady_rate import MOST_BEHIND_NS, SteadyRate
+from bpc_sim.nodes.steady_rate import MAX_DELAY_NS, SteadyRate
 
-MS = 1_000_000
+MS = 1_000_000  # [ns]
 
 
 def test_what_was_held_up_comes_late_but_none_is_left_out() -> None:
@@ -16,6 +16,6 @@ def test_what_was_held_up_comes_late_but_none_is_left_out() -> None:
 def test_a_long_pause_and_a_clock_that_is_set_begin_anew() -> None:
     rate = SteadyRate(500.0)
     assert list(rate.due(0)) == [0]
-    late = 2 * MS + MOST_BEHIND_NS + 1
+    late = 2 * MS + MAX_DELAY_NS + 1
     assert list(rate.due(late)) == [late]
     assert list(rate.due(MS)) == [MS]

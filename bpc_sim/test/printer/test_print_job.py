@@ -1,11 +1,11 @@
-"""Jobs and scenarios: robot, extruder and ink at the same instant tell one story."""
+"""Jobs and scenarios: robot, extruder and ink agree at every time."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from bpc_perception.core.geometry import invert, transform
-from bpc_sim.printer.print_job import SYRINGE_BORE
+from bpc_sim.printer.print_job import SYRINGE_BORE_M
 from bpc_sim.printer.scenarios import SCENARIOS, spiral_gaps
 
 
@@ -86,11 +86,11 @@ def test_mass_is_conserved(job):
     flow = job.flow_rate(job.dwell_before + 0.1)
     assert flow == pytest.approx(np.pi / 4 * 2e-3**2 * 0.03)
     assert job.plunger_velocity(job.dwell_before + 0.1) == pytest.approx(
-        flow / (np.pi / 4 * SYRINGE_BORE**2))
-    # The volume pushed out is that of a round filament along all that is not a commanded gap.
+        flow / (np.pi / 4 * SYRINGE_BORE_M**2))
+    # The pushed volume is that of a round filament along the path without the commanded gaps.
     runs = job.commanded.runs
     volume = np.pi / 4 * 2e-3**2 * (runs[:, 1] - runs[:, 0]).sum()
-    moved = job.plunger_position(job.duration) * np.pi / 4 * SYRINGE_BORE**2
+    moved = job.plunger_position(job.duration) * np.pi / 4 * SYRINGE_BORE_M**2
     assert moved == pytest.approx(volume, rel=1e-9)
     t = np.linspace(0, job.duration, 100001)
     np.testing.assert_allclose(
@@ -107,7 +107,7 @@ def test_captures_show_the_growing_print(job):
         blue.append(np.sum(shot.image[..., 2].astype(int) - shot.image[..., 0] > 60))
     assert blue[0] == 0
     assert blue == sorted(blue)
-    # The finished print is free of the nozzle; its area is that of the ink within a few percent.
+    # The nozzle is away from the finished print; its area is that of the ink within 5 percent.
     pixel = 0.34 / 1781.45
     area = job.deposit.area * np.cos(np.radians(25)) / pixel**2
     assert blue[-1] == pytest.approx(area, rel=0.05)

@@ -1,4 +1,4 @@
-"""Hand-eye calibration on synthetic boards, whose camera's place is known."""
+"""Hand-eye calibration on synthetic boards, where the camera's pose is known."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ from bpc_sim.scene.calibration_rig import CalibrationRig
 
 CHECKERBOARD = Board(9, 6, 0.02)
 CHARUCO = Board(9, 6, 0.02, 0.015)
-TRANSLATION, ROTATION = 2e-4, np.radians(0.05)  # asked for [m], [rad]
+MAX_TRANSLATION_M, MAX_ROTATION_RAD = 2e-4, np.radians(0.05)  # errors
 
 
 def errors(found: Array, true: Array) -> tuple[float, float]:
-    """Distance [m] and angle [rad] between poses."""
+    """Return distance [m] and angle [rad] between two poses (4, 4)."""
     turned = Rotation.from_matrix(found[:3, :3].T @ true[:3, :3]).magnitude()
     return float(np.linalg.norm(found[:3, 3] - true[:3, 3])), float(turned)
 
 
 def calibrated(rig: CalibrationRig, count: int = 12, use_cloud: bool = True) -> HandEyeCalibration:
-    told, sightings = [], []
+    """Calibrate with captures of a rig."""
+    poses, sightings = [], []
     for T_base_flange, capture in rig.captures(count):
-        told.append(T_base_flange)
+        poses.append(T_base_flange)
         sightings.append(find_board(capture, rig.board))
-    return calibrate(told, sightings, rig.on_base, use_cloud)
+    return calibrate(poses, sightings, rig.on_base, use_cloud)
 
 
 @pytest.mark.accuracy
@@ -40,14 +41,14 @@ def test_the_camera_is_found(board: Board, on_base: bool) -> None:
     rig = CalibrationRig(board, on_base)
     found = calibrated(rig)
     distance, angle = errors(found.best.T_parent_camera, rig.T_parent_camera)
-    assert distance < TRANSLATION
-    assert angle < ROTATION
-    # What it says of itself is about right, and all methods come to the same.
+    assert distance < MAX_TRANSLATION_M
+    assert angle < MAX_ROTATION_RAD
+    # The stated uncertainty is about right, and all methods agree.
     assert distance < 3 * found.sigma[0]
     assert angle < 3 * found.sigma[1]
     assert {each.method for each in found.solutions} == set(METHODS)
     for each in found.solutions:
-        assert errors(each.T_parent_camera, rig.T_parent_camera)[0] < 2 * TRANSLATION
+        assert errors(each.T_parent_camera, rig.T_parent_camera)[0] < 2 * MAX_TRANSLATION_M
     residuals = [each.rms[0] for each in found.solutions]
     assert residuals == sorted(residuals)
     assert residuals[0] < 2e-4
@@ -74,7 +75,7 @@ def test_without_a_cloud_perspective_does_but_worse() -> None:
     found = calibrated(rig, use_cloud=False)
     distance, angle = errors(found.best.T_parent_camera, rig.T_parent_camera)
     assert 0 < distance < 1e-3
-    assert angle < 2 * ROTATION
+    assert angle < 2 * MAX_ROTATION_RAD
     _, capture = next(rig.captures(1))
     sighting = find_board(capture, CHARUCO)
     assert not sighting.has_depth

@@ -1,4 +1,4 @@
-"""Rendered captures against the geometry that they show."""
+"""Rendered captures, compared with the geometry that they show."""
 
 from dataclasses import replace
 
@@ -11,7 +11,8 @@ from bpc_sim.ink.deposit import constant_width, Deposit, linear_width
 from bpc_sim.printer.scenarios import bed_pose, camera_view
 from bpc_sim.scene.camera import look_at, rays, View, zivid_m70
 from bpc_sim.scene.imaging import Imaging
-from bpc_sim.scene.render import render, Scene, Sensor
+from bpc_sim.scene.render import render
+from bpc_sim.scene.scene import Scene, Sensor
 
 PERFECT = Sensor(Imaging(), shading=0, gloss=0, depth_noise=0, dropout=0, rim_dropout=0)
 GAPS = np.array(((0.03, 0.036), (0.07, 0.08)))
@@ -29,7 +30,7 @@ def capture(deposit, view=None, sensor=PERFECT, seed=0, **scene):
 
 
 def on_surface(shot, view=None):
-    """Points (N, 3) of the capture in the surface frame."""
+    """Return the points (N, 3) of the capture in the surface frame."""
     T_base_camera = (view or camera_view()).T_base_camera
     return transform(invert(bed_pose()) @ T_base_camera,
                      shot.cloud.reshape(-1, 3).astype(np.float64))
@@ -44,7 +45,7 @@ def coverage(shot):
 def test_cloud_lies_on_bed_and_bead(deposit):
     points = on_surface(capture(deposit))
     height = deposit.height(points[:, :2])
-    # Not at the flat ends, whose wall is above any height; there the cloud is between.
+    # Except at the flat ends: there the cloud lies on the wall, between bed and top.
     location = deposit.locate(points[:, :2])
     wall = np.abs(location.s[:, None] - deposit.runs.ravel()).min(axis=1) < 1e-5
     np.testing.assert_allclose(points[~wall, 2], height[~wall], atol=3e-7)
@@ -56,7 +57,7 @@ def test_cloud_lies_on_bed_and_bead(deposit):
 @pytest.mark.parametrize('tilt', [0.0, 25.0])
 @pytest.mark.parametrize('deposit', DEPOSITS.values(), ids=DEPOSITS.keys())
 def test_image_covers_the_projected_outline(deposit, tilt):
-    # Without height, what is seen is exactly the perspective image of the ribbon.
+    # Without height, the camera sees exactly the perspective image of the ribbon.
     flat = replace(deposit, height_ratio=1e-9)
     view = camera_view(tilt=np.radians(tilt))
     T_camera_surface = invert(view.T_base_camera) @ bed_pose()
@@ -71,15 +72,15 @@ def test_image_covers_the_projected_outline(deposit, tilt):
 
 
 def test_edges_of_a_bead_are_those_of_its_footprint():
-    # At 25 degrees the rim does not hide itself: a bead's image is its footprint's, but for the
-    # two ends of the line.
+    # At 25 degrees the rim does not hide itself: the image of a bead is that of its footprint,
+    # except at the two ends of the line.
     deposit = Deposit(line(0.08), constant_width(3e-3))
     flat = replace(deposit, height_ratio=1e-9)
     np.testing.assert_allclose(coverage(capture(deposit)), coverage(capture(flat)), atol=0.01)
 
 
 def test_a_steep_bead_hides_the_bed_behind():
-    # Seen from below along y, a strand along x: its far edge moves away, its near edge stays.
+    # A strand along x, seen from the side of -y: its far edge moves away, its near edge stays.
     deposit = Deposit(line(0.08), constant_width(3e-3), height_ratio=1.0)
     columns = [coverage(capture(d))[:, 160]
                for d in (deposit, replace(deposit, height_ratio=0.3))]
@@ -112,7 +113,7 @@ def test_noise_and_missing_points():
     error = (shot.cloud - ideal)[..., 2][~missing[..., 2]]
     assert np.std(error) == pytest.approx(5e-5 * (0.34 / 0.4)**2, rel=0.03)
     np.testing.assert_array_equal(shot.cloud, capture(empty, sensor=sensor).cloud)
-    # On the ray: the pixel still is where it was.
+    # Noise moves a point along its ray: it stays on its pixel.
     uv = shot.camera.pixels(shot.cloud[0].astype(np.float64))
     np.testing.assert_allclose(uv[:, 0][~missing[0, :, 0]],
                                np.flatnonzero(~missing[0, :, 0]), atol=1e-3)
@@ -154,7 +155,7 @@ def test_windows_of_the_camera_see_the_same():
     uv = np.array(((10.0, 20.0),))
     np.testing.assert_allclose(rays(small, uv), rays(full, uv + shift), atol=1e-12)
     half = zivid_m70(972, 600, scale=0.5)
-    # The border between the pixels 1 and 2 of the full image is that after pixel 0 of the half.
+    # The border between pixels 1 and 2 of the full image is the end of pixel 0 of the half image.
     np.testing.assert_allclose(rays(half, np.array((0.5, 0.5))), rays(full, np.array((1.5, 1.5))))
     with pytest.raises(ValueError, match='at most'):
         zivid_m70(320, 240, scale=0.1)

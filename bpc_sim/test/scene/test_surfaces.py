@@ -1,4 +1,4 @@
-"""Beds: coordinates there and back, and what a camera sees of ink on a curved one."""
+"""Beds: coordinates there and back, and what a camera sees of ink on a curved bed."""
 
 from dataclasses import replace
 
@@ -10,7 +10,8 @@ from bpc_sim.ink.curves import archimedean
 from bpc_sim.ink.deposit import constant_width, Deposit
 from bpc_sim.printer.scenarios import bed_pose, camera_view
 from bpc_sim.scene.imaging import Imaging
-from bpc_sim.scene.render import render, Scene, Sensor
+from bpc_sim.scene.render import render
+from bpc_sim.scene.scene import Scene, Sensor
 from bpc_sim.scene.surfaces import Cylinder, Plane
 
 PERFECT = Sensor(Imaging(), shading=0, gloss=0, depth_noise=0, dropout=0, rim_dropout=0)
@@ -31,16 +32,16 @@ def places():
 def test_a_ray_comes_down_where_it_was_sent(surface, places):
     height = np.linspace(0, 2e-3, 50)
     directions = 0.5 * (surface.points(places, height) - EYE)
-    found, _, depth = surface.meet(EYE, directions[:, None], height[:, None])
-    np.testing.assert_allclose(found[:, 0], places, atol=1e-12)
-    np.testing.assert_allclose(depth, 2, atol=1e-12)
+    found = surface.intersect(EYE, directions[:, None], height[:, None])
+    np.testing.assert_allclose(found.places[:, 0], places, atol=1e-12)
+    np.testing.assert_allclose(found.depth, 2, atol=1e-12)
 
 
 def test_lean_is_the_motion_per_height(surface, places):
     directions = (surface.points(places, np.zeros(50)) - EYE)[:, None]
     level, step = np.full((50, 1), 5e-4), 1e-6
-    above, below = (surface.meet(EYE, directions, level + d)[0] for d in (step, -step))
-    lean = surface.meet(EYE, directions, level)[1]
+    above, below = (surface.intersect(EYE, directions, level + d).places for d in (step, -step))
+    lean = surface.intersect(EYE, directions, level).lean
     np.testing.assert_allclose(lean, (above - below) / (2 * step), rtol=1e-6, atol=1e-9)
 
 
@@ -66,7 +67,8 @@ def test_cylinder_by_hand():
 
 def test_rays_beside_the_cylinder_miss():
     directions = np.array(((0.0, 1.0, -1.0),))[:, None]
-    assert np.isnan(Cylinder(0.06).meet(EYE * (1, 0, 1), directions, np.zeros((1, 1)))[2]).all()
+    found = Cylinder(0.06).intersect(EYE * (1, 0, 1), directions, np.zeros((1, 1)))
+    assert np.isnan(found.depth).all()
 
 
 @pytest.fixture

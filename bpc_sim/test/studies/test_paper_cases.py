@@ -7,14 +7,9 @@ import pytest
 
 from bpc_perception.core.geometry import transform
 from bpc_sim.scene.imaging import Imaging
-from bpc_sim.scene.planar import planar_capture
-from bpc_sim.studies.paper_cases import (
-    area_coverage,
-    area_raster,
-    make_case,
-    paper_cases,
-    polygon_raster,
-)
+from bpc_sim.scene.planar_capture import planar_capture
+from bpc_sim.studies.paper.cases import make_case, paper_cases
+from bpc_sim.studies.paper.drawing import area_coverage, area_raster, polygon_raster
 
 CASES = list(paper_cases(seed=0))
 
@@ -43,8 +38,8 @@ def test_polygons_have_the_area(case):
     image = polygon_raster(case)
     assert image.shape == (512, 512, 3)
     ink = (image == np.array((40, 80, 170))).all(axis=2)
-    # Vertices are up to half a pixel off either way, which evens out along the edge; but each
-    # run of ink ends at the last path sample in it, on average half a sample early.
+    # Vertices are up to half a pixel off to both sides, which averages out along the edge. But
+    # each run of ink ends at the last path sample in it, on average half a sample early.
     spacing = case.deposit.curve.length / 999
     short = len(case.deposit.runs) * spacing * case.deposit.max_width
     area = ink.sum() * case.pixel_size**2

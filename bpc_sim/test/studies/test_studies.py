@@ -1,4 +1,4 @@
-"""Studies: figures on samples counted by hand, the order of tasks, and other tools on a band."""
+"""Studies: figures of samples counted by hand, the order of tasks, other tools on a band."""
 
 from dataclasses import replace
 import json
@@ -12,32 +12,32 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.profile import Status
 from bpc_sim.cli.parts.rows import without_nan
 from bpc_sim.cli.study import study as command
-from bpc_sim.scene.planar import planar_capture
-from bpc_sim.stress.truth import STAMP_NS, StressScene, Truth
+from bpc_sim.scene.planar_capture import planar_capture
+from bpc_sim.stress.stress_scene import STAMP_NS, StressScene
+from bpc_sim.stress.truth import Truth
 from bpc_sim.studies import STUDIES
-from bpc_sim.studies.comparison import compare, Comparison, together
-from bpc_sim.studies.figures import figure
-from bpc_sim.studies.peer_methods import (
+from bpc_sim.studies.hardware_study import statistics
+from bpc_sim.studies.peers.methods import (
     canny_cut,
-    clean,
     first_edges,
     from_skeleton,
     grab_cut,
     half_level,
-    optional,
+    import_optional,
     otsu_cut,
-    picture_of,
 )
-from bpc_sim.studies.scenes import statistics
-from bpc_sim.studies.study import METHODS, Study
+from bpc_sim.studies.peers.picture import picture_of, remove_specks
+from bpc_sim.studies.study_runner import METHODS, Study
+from bpc_sim.studies.sweep_figure import draw_sweep
+from bpc_sim.studies.truth_comparison import compare_scene, Comparison, merge
 
-MM = 1e-3
+MM = 1e-3  # [m]
 M, G, J, H, E = (Truth.MEASURED, Truth.GAP, Truth.JUNCTION, Truth.HIDDEN, Truth.EDGE)
 REFUSED = Status.LOW_CONFIDENCE
 
 
 def compared(*samples):
-    """A comparison of samples: truth, true width, status, width measured [mm]; sigma 0.1 mm."""
+    """Compare samples: truth, true width, status, measured width [mm]; sigma 0.1 mm."""
     expected, true, status, width = (np.array(column, float)
                                      for column in zip(*samples, strict=True))
     return Comparison(true * MM, expected.astype(np.uint8), status.astype(np.uint8), width * MM,
@@ -59,7 +59,7 @@ def test_figures_of_a_comparison():
     assert SAMPLES.median_error == pytest.approx(0.22 * MM)
     assert SAMPLES.largest_error == pytest.approx(0.41 * MM)
     assert SAMPLES.answered == 7 / 8
-    # 0.41 mm is more than 20 % of 2 mm, and 0.31 mm more than 0.3 mm; what is EDGE is right.
+    # 0.41 mm is more than 20 % of 2 mm, and 0.31 mm more than 0.3 mm; an EDGE is never wrong.
     assert SAMPLES.wrong == 2 / 10
     assert SAMPLES.confidently_wrong == 3 / 10
     assert (SAMPLES.unknowable, SAMPLES.guessed) == (2, 0.5)
@@ -74,7 +74,7 @@ def test_figures_of_nothing_are_nan_not_zero():
 
 
 def test_comparisons_are_put_together():
-    both = together((SAMPLES, compared((M, 2.0, Status.MEASURED, 2.0))))
+    both = merge((SAMPLES, compared((M, 2.0, Status.MEASURED, 2.0))))
     assert len(both.true) == 13
     assert both.mae == pytest.approx(0.9 / 5 * MM)
     np.testing.assert_array_equal(both.time, (0.5, 0.5))
@@ -126,7 +126,7 @@ def band():
 @pytest.mark.parametrize('method', [grab_cut, otsu_cut, half_level, canny_cut])
 def test_other_tools_measure_a_band(band, method):
     width = method(picture_of(band)) * 0.1
-    # GrabCut's mask may be off by a pixel on either side.
+    # GrabCut's mask may be off by a pixel on both sides.
     assert np.abs(width[band.expected == M] - 2).max() <= (0.201 if method == grab_cut else 0.101)
     assert (width[band.expected == G] == 0).all()
 
@@ -153,26 +153,26 @@ def test_specks_and_holes_are_cleaned():
     expected = mask.copy()
     mask[20:24, 20:24] = False
     mask[2:5, 2:5] = True
-    np.testing.assert_array_equal(clean(mask), expected)
+    np.testing.assert_array_equal(remove_specks(mask), expected)
 
 
 def test_a_scene_that_cannot_be_measured_has_no_answers(band):
     blind = Capture(STAMP_NS, '', band.capture.image, np.full_like(band.capture.cloud, np.nan),
                     band.capture.camera)
-    refused = compare(replace(band, capture=blind), 'cross_section')
+    refused = compare_scene(replace(band, capture=blind), 'cross_section')
     assert refused.answered == 0
     assert np.isnan(refused.mae)
 
 
 def test_what_peers_need_is_named_when_it_is_missing():
     with pytest.raises(ValueError, match='expected scikit-image and skan, found no nothing_such'):
-        optional('nothing_such.module')
+        import_optional('nothing_such.module')
 
 
 def test_a_figure_has_a_line_for_each_method_in_each_panel():
     rows = [{'ratio': ratio, 'time_ms': 1.0, 'MAE_percent': 0.5, 'method': method}
             for ratio in (0.5, 1.0) for method in METHODS]
-    page = figure('Title', rows, ('ratio', 'time_ms', 'MAE_percent'))
+    page = draw_sweep('Title', rows, ('ratio', 'time_ms', 'MAE_percent'))
     assert '<html>' in page[:30]
     assert page.count('"mode":"lines+markers"') == 2 * len(METHODS)
     assert all(f'"name":"{method}"' in page for method in METHODS)

@@ -25,7 +25,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_sim.ink.curves import turtle
 from bpc_sim.ink.deposit import Deposit
 from bpc_sim.scene.imaging import Colour, expose, Imaging, mix
-from bpc_sim.scene.planar import planar_capture
+from bpc_sim.scene.planar_capture import planar_capture
 from bpc_sim.scene.raster import coverage
 from bpc_sim.stress.truth import SPEED, STAMP_NS
 

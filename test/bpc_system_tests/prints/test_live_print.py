@@ -18,7 +18,6 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.runtime.child_processes import Nodes
-from bpc_sim.printer.recording import hand_eye, parameters
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_system_tests.parts.command_line import ROOT
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain, start_delay
@@ -57,8 +56,8 @@ class LivePrint:
 def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LivePrint]:
     folder = tmp_path_factory.mktemp('live')
     calibration, settings = folder / 'hand_eye.calib', folder / 'params.yaml'
-    calibration.write_text(yaml.safe_dump(hand_eye(JOB)))
-    settings.write_text(yaml.safe_dump(parameters(JOB, TARGET)))
+    calibration.write_text(yaml.safe_dump(hand_eye_calibration(JOB)))
+    settings.write_text(yaml.safe_dump(node_parameters(JOB, TARGET)))
     with own_domain() as domain, listening(domain) as listener, Nodes(settings) as nodes:
         with Nodes(settings) as measuring:
             start_ns, end_ns = print_on(listener, nodes, measuring, calibration)

@@ -32,7 +32,7 @@ from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_sim.doubles import rig as doubles
 from bpc_sim.doubles.extruder import TicDouble, Wire
-from bpc_sim.printer.print_job import SYRINGE_BORE
+from bpc_sim.printer.print_job import SYRINGE_BORE_M
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_system_tests.parts.command_line import command, PATIENCE, run, running as running_command
 from bpc_system_tests.parts.lbr_messages import lbr_messages
@@ -102,7 +102,7 @@ def write_settings(folder: Path, rig: doubles.Rig, source: str) -> None:
     save_hand_eye(folder / 'cell.calib', HandEye(rig.on_base, rig.T_parent_camera), 'cell', BASE,
                   FLANGE, 'zivid_optical_frame')
     bridge = {'back_end': 'tic', 'port': str(folder / 'ttyACM0'),
-              'plunger': {'lead': LEAD, 'bore': SYRINGE_BORE}}
+              'plunger': {'lead': LEAD, 'bore': SYRINGE_BORE_M}}
     (folder / 'cell.yaml').write_text(yaml.safe_dump({
         '/**': {'ros__parameters': {'pose': {'source': source, 'robot': 'lbr_med_7'}}},
         'path_recorder': {'ros__parameters': {'nozzle_offset': NOZZLE}},

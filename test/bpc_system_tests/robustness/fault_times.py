@@ -25,7 +25,6 @@ import yaml
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.transport.dds_profiles import choose_profile, receive_profile
-from bpc_sim.printer.recording import hand_eye, parameters
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_system_tests.parts.command_line import command
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain, start_delay
@@ -106,8 +105,8 @@ def main() -> None:
             listener = stack.enter_context(listening(domain))
         folder = Path(name)
         calibration, settings = folder / 'cell.calib', folder / 'cell.yaml'
-        calibration.write_text(yaml.safe_dump(hand_eye(job)))
-        settings.write_text(yaml.safe_dump(parameters(job, TARGET)))
+        calibration.write_text(yaml.safe_dump(hand_eye_calibration(job)))
+        settings.write_text(yaml.safe_dump(node_parameters(job, TARGET)))
         with live(folder, calibration, settings), Nodes(settings) as nodes:
             begun = time.monotonic()
             pid_of(listener, 'thickness')

@@ -30,9 +30,8 @@ from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_perception.runtime.transport.dds_profiles import choose_profile
 from bpc_sim.config import SimConfig
-from bpc_sim.printer.messages import extruder_message, EXTRUDER_RATE, robot_message
+from bpc_sim.printer.messages import extruder_message, EXTRUDER_RATE_HZ, robot_message
 from bpc_sim.printer.print_job import PrintJob
-from bpc_sim.printer.recording import hand_eye, parameters
 from bpc_system_tests.parts.ros_graph import own_domain
 from bpc_system_tests.robustness.soak_faults import (
     CAMERA_FAULTS,
@@ -179,7 +178,7 @@ class Soak:
                 self._silent[who] = now + load.silence
                 self._note(f'{who} silent')
             elif now >= next_state:
-                next_state += 1 / EXTRUDER_RATE
+                next_state += 1 / EXTRUDER_RATE_HZ
                 self._send_state(now, load)
             elif now >= next_pose:
                 next_pose += 1 / load.pose_rate
@@ -257,7 +256,7 @@ class Soak:
         if now < self._silent['extruder']:
             return
         message = extruder_message(self._job, self._job_time(now), time.time_ns())
-        if self._rng.random() < load.extruder_faults / EXTRUDER_RATE:
+        if self._rng.random() < load.extruder_faults / EXTRUDER_RATE_HZ:
             kind = str(self._rng.choice(list(EXTRUDER_FAULTS)))
             self._note(f'extruder: {kind}')
             EXTRUDER_FAULTS[kind](message)
@@ -277,8 +276,8 @@ def soaking(load: Load, seed: int, log: Callable[[str], None]) -> Iterator[Soak]
     printed = job(load)
     with tempfile.TemporaryDirectory() as folder, own_domain() as domain:
         calibration, settings = Path(folder, 'hand_eye.calib'), Path(folder, 'params.yaml')
-        calibration.write_text(yaml.safe_dump(hand_eye(printed)))
-        settings.write_text(yaml.safe_dump(parameters(printed, TARGET)))
+        calibration.write_text(yaml.safe_dump(hand_eye_calibration(printed)))
+        settings.write_text(yaml.safe_dump(node_parameters(printed, TARGET)))
         graph = Graph(domain)
         try:
             with Nodes(settings) as nodes:

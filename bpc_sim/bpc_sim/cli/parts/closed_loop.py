@@ -22,9 +22,10 @@ from bpc_sim.cli.parts.simulated_print import (
     START_DELAY_S,
     write_settings,
 )
+from bpc_sim.closed_loop.controllers import FLOW_SCALE, SPEED_SCALE
 from bpc_sim.closed_loop.job import ClosedLoopJob
-from bpc_sim.closed_loop.live import loop_hand_eye, loop_parameters, report
-from bpc_sim.closed_loop.rate_control import FLOW_SCALE, SPEED_SCALE
+from bpc_sim.closed_loop.live_report import report
+from bpc_sim.closed_loop.live_settings import loop_hand_eye, loop_parameters
 from bpc_sim.closed_loop.situations import SITUATIONS
 from bpc_sim.config import ControllerConfig, SimConfig
 

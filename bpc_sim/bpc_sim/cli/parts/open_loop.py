@@ -22,7 +22,8 @@ from bpc_sim.cli.parts.simulated_print import (
     write_settings,
 )
 from bpc_sim.config import SimConfig
-from bpc_sim.printer.recording import hand_eye, parameters, record
+from bpc_sim.printer.print_recording import record_print
+from bpc_sim.printer.settings import hand_eye_calibration, node_parameters
 
 DEFAULT_SCENARIO = 'spiral_gaps'
 
@@ -53,7 +54,7 @@ def open_loop_print(scenario: str | None, speed_mm_s: float, capture_rate: float
 def record_open_loop(plan: OpenLoopPrint, bag: Path, terminal: Terminal) -> None:
     """Write a print to a new bag, without a graph."""
     with terminal.progress('record', None) as advance:
-        record(plan.config.job(), bag, 1 / plan.capture_rate, plan.target, advance)
+        record_print(plan.config.job(), bag, 1 / plan.capture_rate, plan.target, advance)
     terminal.files([bag])
 
 
@@ -71,7 +72,7 @@ def run_open_loop(plan: OpenLoopPrint, separate: bool, page: bool, terminal: Ter
     """
     job = plan.config.job()
     with monitoring(terminal, keep=1) as monitor, tempfile.TemporaryDirectory() as folder:
-        settings = write_settings(Path(folder), hand_eye(job), parameters(job, plan.target))
+        settings = write_settings(Path(folder), hand_eye_calibration(job), node_parameters(job, plan.target))
         with printer_nodes(monitor, terminal, page, settings.parameters) as nodes:
             start_ns = time.time_ns() + round(START_DELAY_S * 1e9)
             end_ns = start_ns + round(job.duration * 1e9)

@@ -1,0 +1,1 @@
+"""Prints that go wrong, with and without advice."""

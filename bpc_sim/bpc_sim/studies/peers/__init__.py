@@ -1,0 +1,1 @@
+"""Other tools that measure width along a known path, beside both of our methods."""
