@@ -53,8 +53,8 @@ def test_a_share_that_arrives_a_bubble_and_a_corner() -> None:
 @pytest.mark.parametrize('variation', [0.07, 0.23])
 def test_the_noise_is_as_large_and_as_correlated_as_said(variation: float) -> None:
     s = np.arange(0.02, 0.28, 1e-3)
-    widths = np.array([printed(ExtruderBehaviour(lag=0.05, noise=variation, seed=seed), 0.05).width(s)
-                       for seed in range(20)]) / WIDTH - 1
+    behaviours = [ExtruderBehaviour(lag=0.05, noise=variation, seed=seed) for seed in range(20)]
+    widths = np.array([printed(behaviour, 0.05).width(s) for behaviour in behaviours]) / WIDTH - 1
     assert widths.std() == pytest.approx(variation, rel=0.1)
     neighbours = np.corrcoef(widths[:, 1:].ravel(), widths[:, :-1].ravel())[0, 1]
     assert neighbours == pytest.approx(0.82, abs=0.05)

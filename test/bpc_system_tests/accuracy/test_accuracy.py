@@ -1,4 +1,4 @@
-"""The default method on prints of known thickness, held against accuracy_thresholds.yaml."""
+"""The default method on prints of known thickness, compared with accuracy_thresholds.yaml."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CHECKS = [(line, column) for line, content in LINES.items() for column in conten
 
 @pytest.fixture(scope='module')
 def table() -> Callable[[str], list[Row]]:
-    """From a line to the default method's rows that it is about; each study runs once."""
+    """Return the default method's rows for a line of the thresholds; each study runs once."""
 
     @cache
     def run(name: str, seeds: int, only: tuple[str, ...]) -> list[Row]:
@@ -33,7 +33,7 @@ def table() -> Callable[[str], list[Row]]:
         content = LINES[line]
         wanted = content['rows']
         seeds = content.get('seeds', 1)
-        # With more seeds only what the line is about, which is the first part of a task.
+        # With more seeds only the scenes of the line; the scene is the first part of a task.
         only = tuple(wanted['scene']) if seeds > 1 else ()
         return [row for row in run(content['study'], seeds, only)
                 if all(row[column] in values for column, values in wanted.items())]
@@ -42,7 +42,7 @@ def table() -> Callable[[str], list[Row]]:
 
 
 def label(row: Row) -> str:
-    """What a failure calls a row."""
+    """Return the name of a row in a failure."""
     return row['scene'] if 'scene' in row else f'case_{row["case"]}'
 
 

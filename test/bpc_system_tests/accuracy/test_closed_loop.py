@@ -1,6 +1,6 @@
-"""The advice on prints that go wrong, held against closed_loop_thresholds.yaml.
+"""The advice on prints that go wrong, compared with closed_loop_thresholds.yaml.
 
-A few printers of each scenario are tried here; `bpc study closedloop` tries twenty.
+These tests try a few printers of each scenario; `bpc study closedloop` tries twenty.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ THRESHOLDS = yaml.safe_load(
     Path(__file__).with_name('closed_loop_thresholds.yaml').read_text(encoding='utf-8'))
 LINES, BETTER = THRESHOLDS['lines'], THRESHOLDS['better_than']
 MORE = THRESHOLDS['more_prints']
-pytestmark = pytest.mark.timeout(600)  # the first waits for all prints, on a busy machine
+pytestmark = pytest.mark.timeout(600)  # the first test waits for all prints
 CHECKS = [(line, column) for line, content in LINES.items() for column in content['limits']]
 
 

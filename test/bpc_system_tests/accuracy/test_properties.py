@@ -1,7 +1,7 @@
-"""What must not change a thickness: where the print lies, its colours, which way it is read.
+"""Changes that must not change a thickness: place, colours and direction of the print, and more.
 
-The print is 1.5 mm wide or about, bends and has a gap. It is drawn without noise, so that all that
-is left is what a method itself adds.
+The print is about 1.5 mm wide, bends and has a gap. It is drawn without noise, so that only the
+error of the method itself remains.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ from bpc_sim.ink.deposit import Deposit
 from bpc_sim.scene.imaging import Colour, expose, Imaging, mix
 from bpc_sim.scene.planar_capture import planar_capture
 from bpc_sim.scene.raster import coverage
-from bpc_sim.stress.truth import SPEED, STAMP_NS
+from bpc_sim.stress.stress_scene import NOZZLE_SPEED_M_PER_S, STAMP_NS
 
 METHODS = parameters_of(ThicknessConfig)['method'][0].choices
-MM = 1e-3
-SIZE = 200  # [pixels]
+MM = 1e-3  # [m]
+IMAGE_SIZE_PX = 200
 PIXEL = 0.1 * MM
 INK, BED = (40.0, 80.0, 170.0), (205.0, 205.0, 200.0)
-BLUR = 0.8  # [pixels]
+BLUR_PX = 0.8
 LENGTH = 15 * MM
 GAP = (9 * MM, 11 * MM)
-# The most that widths may differ. The published method's edges are whole pixels, each at most half
+# By how much widths may differ. The published method's edges are whole pixels, each at most half
 # a pixel off: two widths differ by at most two pixels, which is the root of 12 times their sigma.
-SIGMAS = {'cross_section': 3.0, 'paper': 12**0.5}
-STEPS = 1.5  # statuses may differ this near to where the ink starts or ends [path points]
+MAX_SIGMAS = {'cross_section': 3.0, 'paper': 12**0.5}
+END_POINTS = 1.5  # path points next to a start or end of ink where statuses may differ
 
 few = settings(max_examples=20, derandomize=True, deadline=None)
 colours = st.tuples(*[st.integers(20, 230).map(float)] * 3)
@@ -48,14 +48,14 @@ colours = st.tuples(*[st.integers(20, 230).map(float)] * 3)
 
 @dataclass(frozen=True)
 class Print:
-    """A print and its picture; its base frame is the surface's.
+    """A print and its picture; the base frame is the surface frame.
 
     Attributes:
-        start: of the path (x, y) [m].
-        heading: of the path there [rad].
-        turn: of the path on the whole, positive to the left [rad].
-        ink, bed: RGB, 0..255.
-        spacing: of the path's samples [m].
+        start: start of the path (x, y) [m].
+        heading: direction of the path there [rad].
+        turn: turn of the whole path, positive to the left [rad].
+        ink, bed: colours, RGB, 0..255.
+        spacing: distance of the path's samples [m].
     """
 
     start: tuple[float, float] = (-6 * MM, -2 * MM)
@@ -73,64 +73,64 @@ class Print:
         return Deposit(curve, width, np.array((GAP,)))
 
     def capture(self) -> tuple[Capture, Array]:
-        """What a camera straight above delivers, and its pose."""
+        """Return the capture of a camera straight above, and its pose (4, 4)."""
         covered = covered_by(replace(self, ink=INK, bed=BED, spacing=0.0))
-        image = expose(mix(self.ink, self.bed, covered), covered, Imaging(blur=BLUR),
+        image = expose(mix(self.ink, self.bed, covered), covered, Imaging(blur=BLUR_PX),
                        np.random.default_rng(0))
         return planar_capture(image, PIXEL, STAMP_NS)
 
     def path(self) -> DepositionPath:
-        """As a recorder gives it."""
+        """Return the path as a recorder gives it."""
         s = np.linspace(0, LENGTH, round(LENGTH / self.spacing) + 1)
         points = np.column_stack((self.deposit.curve.points(s), np.zeros(len(s))))
         return path_of(points, s)
 
     def measured(self, method: str) -> ThicknessProfile:
-        """Its profile."""
+        """Measure the print by a method."""
         capture, T_base_camera = self.capture()
         return measure(capture, self.path(), T_base_camera, ThicknessConfig(method=method))
 
 
 def width(s: Array) -> Array:
-    """The print's own width at arc lengths s (N,) [m]."""
+    """Return the true width (N,) at arc lengths s (N,) [m]."""
     return (1.5 + 0.3 * np.sin(2 * np.pi * s / LENGTH)) * MM
 
 
 @cache
 def covered_by(drawn: Print) -> Array:
-    """Fraction (SIZE, SIZE) of each pixel that ink covers."""
+    """Return the fraction (H, W) of each pixel that ink covers."""
     deposit = drawn.deposit
-    return coverage(lambda points: deposit.locate(points).margin, SIZE, PIXEL)
+    return coverage(lambda points: deposit.locate(points).margin, IMAGE_SIZE_PX, PIXEL)
 
 
 def path_of(points: Array, s: Array) -> DepositionPath:
-    """A path through points (N, 3) at arc lengths s (N,) [m]."""
+    """Return a path through points (N, 3) at arc lengths s (N,) [m]."""
     unknown = np.full(len(s), np.nan)
-    return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s / SPEED, s, points, unknown,
-                          unknown, np.ones(len(s), bool))
+    return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s / NOZZLE_SPEED_M_PER_S, s, points,
+                          unknown, unknown, np.ones(len(s), bool))
 
 
 def assert_same(one: ThicknessProfile, other: ThicknessProfile, scale: float = 1.0) -> None:
-    """The second profile is ``scale`` times the first within sigma, and as complete."""
+    """Assert that a profile is ``scale`` times another within sigma, and as complete."""
     inner = away_from_ends(one)
     np.testing.assert_array_equal(one.status[inner], other.status[inner])
     both = compared(one) & compared(other)
     assert both.mean() > 0.75
     off = np.abs(other.thickness / scale - one.thickness)[both]
-    assert (off <= SIGMAS[one.method] * np.hypot(one.sigma, other.sigma / scale)[both]).all()
+    assert (off <= MAX_SIGMAS[one.method] * np.hypot(one.sigma, other.sigma / scale)[both]).all()
 
 
 def away_from_ends(profile: ThicknessProfile) -> Flags:
-    """Which samples (N,) do not lie where the ink starts or ends."""
+    """Return which samples (N,) do not lie where the ink starts or ends."""
     s = profile.arc_length * (LENGTH / profile.arc_length[-1])
     borders = np.abs(s[:, None] - np.array((0, *GAP, LENGTH))).min(axis=1)
-    return np.asarray(borders > STEPS * max(s[1] - s[0], PIXEL))
+    return np.asarray(borders > END_POINTS * max(s[1] - s[0], PIXEL))
 
 
 def compared(profile: ThicknessProfile) -> Flags:
-    """Which samples (N,) have to have their thickness.
+    """Return which samples (N,) must have a thickness.
 
-    The published method takes the nearest of the outline, which at an end is the end itself.
+    The published method takes the nearest part of the outline, which at an end is the end itself.
     """
     measured: Flags = profile.status == Status.MEASURED
     return measured & away_from_ends(profile) if profile.method == 'paper' else measured
@@ -143,7 +143,7 @@ def method(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def plain(method: str) -> ThicknessProfile:
-    """The print as it is."""
+    """The profile of the unchanged print."""
     return Print().measured(method)
 
 
@@ -152,7 +152,7 @@ def test_the_print_itself_is_measured(plain: ThicknessProfile) -> None:
     assert measured.mean() > 0.75
     assert (plain.status == Status.GAP).mean() > 0.1
     off = np.abs(plain.thickness - width(plain.arc_length))[measured]
-    assert (off <= SIGMAS[plain.method] * plain.sigma[measured]).all()
+    assert (off <= MAX_SIGMAS[plain.method] * plain.sigma[measured]).all()
 
 
 @pytest.mark.parametrize('method', METHODS)
@@ -219,7 +219,7 @@ def test_a_print_in_the_mirror(method: str, plain: ThicknessProfile) -> None:
 def test_a_path_that_is_sampled_otherwise(method: str, spacing: float) -> None:
     usual, other = Print().measured(method), Print(spacing=spacing * MM).measured(method)
     nearest = np.abs(other.arc_length[:, None] - usual.arc_length).argmin(axis=0)
-    # The nearest sample is of another place, where the width is another.
+    # The nearest sample is at another place, where the width differs.
     there = width(usual.arc_length) / width(other.arc_length[nearest])
     assert_same(usual, replace(
         usual, status=other.status[nearest], sigma=other.sigma[nearest],

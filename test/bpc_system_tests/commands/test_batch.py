@@ -21,15 +21,15 @@ from bpc_system_tests.parts.command_line import run
 
 pytestmark = pytest.mark.system
 
-PRINTS = 4
+PRINT_COUNT = 4
 BROKEN = 'b/broken.mcap'
 
 
 @pytest.fixture(scope='module')
 def prints(short_bag: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with recordings at several depths, and one that is none."""
+    """A folder with recordings at several depths, and a file that is no recording."""
     folder = tmp_path_factory.mktemp('prints')
-    for number in range(PRINTS):
+    for number in range(PRINT_COUNT):
         shutil.copytree(short_bag, folder / 'ab'[number % 2] / f'print_{number}')
     (folder / BROKEN).write_text('no recording, whatever its name says\n')
     return folder
@@ -37,7 +37,7 @@ def prints(short_bag: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope='module')
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the results go, of one batch after the other."""
+    """The folder for the results of all batches."""
     return tmp_path_factory.mktemp('results')
 
 
@@ -50,14 +50,14 @@ def client() -> Iterator[Client]:
 
 @pytest.fixture(scope='module')
 def survived(client: Client, prints: Path, out: Path) -> tuple[list[dict[str, Any]], list[bool]]:
-    """The rows of a batch during which a process was killed at work, and which were new."""
+    """The rows of a batch during which a busy process was killed, and which rows were new."""
     processes = client.run(os.getpid)
     news: list[bool] = []
 
     def on_progress(_: dict[str, Any], new: bool) -> None:
         news.append(new)
         if len(news) == 1:
-            # One has just said what it has; the other is in the middle of something.
+            # One process has just finished a job; the other is in the middle of one.
             busy = [address for address, keys in client.processing().items() if keys]
             os.kill(processes[busy[0]], signal.SIGKILL)
 
@@ -66,8 +66,8 @@ def survived(client: Client, prints: Path, out: Path) -> tuple[list[dict[str, An
     return rows, news
 
 
-def unchanged(out: Path) -> dict[str, int]:
-    """When each result was written."""
+def write_times(out: Path) -> dict[str, int]:
+    """Return when each result was written."""
     return {str(file.relative_to(out)): file.stat().st_mtime_ns
             for file in out.rglob('profile.csv')}
 
@@ -77,7 +77,7 @@ def test_nothing_is_lost_and_nothing_comes_twice(
     rows, news = survived
     assert [row['bag'] for row in rows] == [
         'a/print_0', 'a/print_2', BROKEN, 'b/print_1', 'b/print_3']
-    assert len(news) == PRINTS + 1
+    assert len(news) == PRINT_COUNT + 1
     broken = rows.pop(2)
     assert broken['exit_status'] == 2
     assert 'broken.mcap: expected an MCAP file with messages, found none' in broken['reason']
@@ -89,13 +89,13 @@ def test_nothing_is_lost_and_nothing_comes_twice(
 
 @pytest.mark.usefixtures('survived')
 def test_what_is_done_is_not_done_again(client: Client, prints: Path, out: Path) -> None:
-    before = unchanged(out)
+    before = write_times(out)
     news: dict[str, bool] = {}
-    os.utime(prints / 'a' / 'print_2' / 'line_0.mcap', (1, 1))  # as if recorded anew
+    os.utime(prints / 'a' / 'print_2' / 'line_0.mcap', (1, 1))  # as if it were recorded anew
     run_batch(client, find_jobs(prints, out, None, None),
               lambda row, new: news.update({row['bag']: new}))
     assert {name for name, new in news.items() if new} == {'a/print_2', BROKEN}
-    after = unchanged(out)
+    after = write_times(out)
     assert {name for name in after if after[name] != before[name]} == {'a/print_2/profile.csv'}
 
 
@@ -105,7 +105,7 @@ def test_command_on_a_running_cluster(client: Client, prints: Path, out: Path) -
     ended = run('batch', prints, '--out', out, '--scheduler', client.scheduler.address, '--json')
     assert (ended.returncode, ended.stderr) == (1, '')
     events = [json.loads(line) for line in ended.stdout.splitlines()]
-    assert [event['event'] for event in events] == ['print'] * (PRINTS + 1) + ['file'] * 2
+    assert [event['event'] for event in events] == ['print'] * (PRINT_COUNT + 1) + ['file'] * 2
     assert sum(event.get('measured', False) for event in events) <= 2
     with (out / 'prints.csv').open(newline='') as stream:
         rows = list(csv.DictReader(stream))
@@ -129,7 +129,7 @@ def test_cluster_is_reached_from_this_computer_only(client: Client) -> None:
 
 
 def _sockets(process: int) -> list[str]:
-    """The lines of proc(5) on TCP sockets on which a process listens."""
+    """Return the lines of proc(5) about TCP sockets on which a process listens."""
     own = {os.readlink(file)[8:-1] for file in Path(f'/proc/{process}/fd').iterdir()
            if file.is_symlink() and os.readlink(file).startswith('socket:')}
     lines = [line for name in ('tcp', 'tcp6')

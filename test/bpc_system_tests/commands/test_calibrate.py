@@ -1,4 +1,4 @@
-"""``bpc calibrate`` on recordings of a robot whose nozzle and camera are known."""
+"""``bpc calibrate`` on recordings of a robot with known nozzle and camera."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from bpc_sim.scene.calibration_rig import CalibrationRig
 from bpc_system_tests.parts.command_line import refusal, run, SAMPLE, succeed
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
-START_NS, SECOND = 1_790_000_000 * 10**9, 10**9
+START_NS, SECOND_NS = 1_790_000_000 * 10**9, 10**9
 BOARD = Board(9, 6, 0.02, 0.015)
 BASE = 'lbr_link_0'
 
 
 def tip_in_one_spot(rng: np.random.Generator) -> list[Array]:
-    """Flange poses around a nozzle of 12, -4, 151 mm; the tip slips by 0.02 mm."""
+    """Return flange poses around a nozzle of 12, -4, 151 mm; the tip slips by 0.02 mm."""
     poses = []
     for turn in 0.4 * np.array(((0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0),
                                 (1, 1, 1))):
@@ -45,7 +45,10 @@ def tip_in_one_spot(rng: np.random.Generator) -> list[Array]:
 
 
 def stand_and_go(poses: list[Array]) -> list[tuple[int, Array]]:
-    """The robot stands for 1.5 s in each of the poses and takes 0.5 s to the next; at 50 Hz."""
+    """Return stamps and poses of a robot that stops in each pose, at 50 Hz.
+
+    It stands for 1.5 s in each pose and takes 0.5 s to the next.
+    """
     found = []
     for index, pose in enumerate(poses):
         following = poses[min(index + 1, len(poses) - 1)]
@@ -56,7 +59,7 @@ def stand_and_go(poses: list[Array]) -> list[tuple[int, Array]]:
             T[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(share * turn).as_matrix()
             T[:3, 3] = (1 - share) * pose[:3, 3] + share * following[:3, 3]
             T[2, 3] += 0.05 * np.sin(np.pi * share)
-            found.append((START_NS + (2 * index * 50 + tick) * SECOND // 50, T))
+            found.append((START_NS + (2 * index * 50 + tick) * SECOND_NS // 50, T))
     return found
 
 
@@ -67,7 +70,7 @@ def test_nozzle(tmp_path: Path) -> None:
             bag.write('/end_effector_pose', stamp_ns, pose_to_message(stamp_ns, BASE, pose))
     text = succeed('calibrate', 'nozzle', tmp_path / 'bag')
     assert text.startswith('6 poses')
-    # What it prints is a parameter file.
+    # The output is a parameter file.
     found = yaml.safe_load(text[text.index('path_recorder:'):])
     offset = found['path_recorder']['ros__parameters']['nozzle_offset']
     np.testing.assert_allclose(offset, (0.012, -0.004, 0.151), atol=1e-4)
@@ -83,8 +86,8 @@ def test_nozzle_from_joints_that_stand_in_one_pose_is_refused(tmp_path: Path) ->
         bag.add_topic('/lbr/joint_states', topics.type_name(JointState))
         for tick in range(100):
             message = JointState(name=list(JOINTS), position=angles.tolist())
-            message.header.stamp = ns_to_stamp(START_NS + tick * SECOND // 50)
-            bag.write('/lbr/joint_states', START_NS + tick * SECOND // 50, message)
+            message.header.stamp = ns_to_stamp(START_NS + tick * SECOND_NS // 50)
+            bag.write('/lbr/joint_states', START_NS + tick * SECOND_NS // 50, message)
     (tmp_path / 'bag' / 'params.yaml').write_text(
         '/**: {ros__parameters: {pose: {source: joint_states, robot: lbr_med_7}}}\n')
     assert 'pivoting: expected 3 poses or more, found 1' in refusal(
@@ -95,10 +98,10 @@ def test_nozzle_from_joints_that_stand_in_one_pose_is_refused(tmp_path: Path) ->
 @pytest.fixture(scope='module', params=[True, False], ids=['eye_on_base', 'eye_in_hand'])
 def board_bag(request: pytest.FixtureRequest,
               tmp_path_factory: pytest.TempPathFactory) -> tuple[CalibrationRig, Path]:
-    """Eight captures of a board, a second after each halt; one while the robot moves."""
+    """Eight captures of a board, a second after each stop; one while the robot moves."""
     rig = CalibrationRig(BOARD, request.param)
     folder = tmp_path_factory.mktemp('board') / 'bag'
-    taken = list(rig.captures(8, START_NS + SECOND, 2 * SECOND))
+    taken = list(rig.captures(8, START_NS + SECOND_NS, 2 * SECOND_NS))
     events = [(stamp_ns, pose_to_message(stamp_ns, BASE, pose))
               for stamp_ns, pose in stand_and_go([pose for pose, _ in taken])]
     with BagWriter(folder, compress=True) as bag:
@@ -107,10 +110,10 @@ def board_bag(request: pytest.FixtureRequest,
         for stamp_ns, message in events:
             bag.write('/end_effector_pose', stamp_ns, message)
         for index, (_, capture) in enumerate(taken):
-            late = SECOND * 3 // 4 if index == 3 else 0
+            late = SECOND_NS * 3 // 4 if index == 3 else 0
             for name, message in zip(topics.CAMERA, capture_to_messages(capture), strict=True):
                 message.header.stamp = ns_to_stamp(capture.stamp_ns + late)
-                bag.write(f'/{name}', capture.stamp_ns + late + SECOND // 10, message)
+                bag.write(f'/{name}', capture.stamp_ns + late + SECOND_NS // 10, message)
     return rig, folder
 
 
@@ -179,6 +182,6 @@ def test_check_finds_how_far_the_camera_was_moved(tmp_path: Path) -> None:
     assert 'FAIL the calibration is off by more than 0.2 mm' in ended.stdout
     found = re.search(r'mm: ([-+.\d]+), ([-+.\d]+), ([-+.\d]+) mm in the base', ended.stdout)
     assert found is not None
-    # The bed is a degree or so off level.
+    # The bed is about a degree off level.
     np.testing.assert_allclose([float(value) for value in found.groups()], (0.4, -0.3, 0.0),
                                atol=0.02)

@@ -1,4 +1,4 @@
-"""``bpc check`` beside a rig with and without faults."""
+"""``bpc check`` with a rig that has faults, and with one that has none."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from bpc_perception.messages.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_sim.printer.scenarios import SCENARIOS
-from bpc_system_tests.parts.command_line import command, PATIENCE, SAMPLE
+from bpc_system_tests.parts.command_line import command, PATIENCE_S, SAMPLE
 from bpc_system_tests.parts.ros_graph import own_domain
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
@@ -31,7 +31,7 @@ SEEN = SCENARIOS['line'](0.02).capture(2.0, 0)
 
 
 class Rig:
-    """Publishes what a rig does, from a thread of its own; its faults may be set."""
+    """Publishes the messages of a rig from its own thread; faults can be set."""
 
     def __init__(self, graph: Graph) -> None:
         self.node: Node = graph.make(Node, 'rig')
@@ -78,7 +78,7 @@ def rig() -> Iterator[Rig]:
 def check(*options: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         command('check', '--handeye', SAMPLE / 'hand_eye.calib', '--seconds', 6, *options),
-        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 def lines(ended: subprocess.CompletedProcess[str], level: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""The command line: what it refuses, what it explains, what it writes."""
+"""The command line: refusals, explanations and outputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bpc_perception.recording.bag import Bag
 from bpc_system_tests.parts.command_line import (
     command,
     OUTPUTS,
-    PATIENCE,
+    PATIENCE_S,
     refusal,
     run,
     SAMPLE,
@@ -49,7 +49,7 @@ def test_told_to_end_while_it_loads_it_just_ends(tmp_path: Path, loaded: str,
                                                  number: signal.Signals) -> None:
     bag = tmp_path / 'bag'
     python, *rest = command('record', '--out', bag)
-    # In the background of a script, where SIGINT is ignored. Python tells what it has loaded.
+    # As in the background of a script, where SIGINT is ignored. Python reports what it loads.
     in_background = ['sh', '-c', 'trap "" INT; exec "$@"', 'sh']
     with own_domain(), subprocess.Popen(
             [*in_background, python, '-X', 'importtime', *rest], stdin=subprocess.DEVNULL,
@@ -60,14 +60,14 @@ def test_told_to_end_while_it_loads_it_just_ends(tmp_path: Path, loaded: str,
                 if line.split('|')[-1].strip() == loaded:
                     break
             process.send_signal(number)
-            _, said = process.communicate(timeout=PATIENCE)
+            _, said = process.communicate(timeout=PATIENCE_S)
         finally:
             process.kill()
     assert process.returncode == (0 if (bag / 'metadata.yaml').exists() else 130)
     assert 'Traceback' not in said
 
 
-# What C++ may do in its destructors: wait for what never comes, here with Python's lock as well.
+# C++ destructors may wait for ever; here even while they hold Python's lock.
 HANGS_AT_EXIT = """
 import ctypes
 import sys
@@ -94,7 +94,7 @@ main()
 
 def test_who_hangs_at_its_exit_ends_all_the_same() -> None:
     ended = subprocess.run([sys.executable, '-c', HANGS_AT_EXIT], stdin=subprocess.DEVNULL,
-                           capture_output=True, text=True, timeout=PATIENCE, check=False)
+                           capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert (ended.returncode, ended.stderr) == (-signal.SIGALRM, '')
     assert ended.stdout == succeed('--help')
 
@@ -108,7 +108,7 @@ def test_a_recorder_that_hangs_in_ending_ends_with_its_recording_whole(tmp_path:
             assert process.stderr is not None
             assert 'recording into' in process.stderr.readline()
             process.terminate()
-            process.wait(PATIENCE)
+            process.wait(PATIENCE_S)
         finally:
             process.kill()
     assert process.returncode == -signal.SIGALRM
@@ -117,7 +117,7 @@ def test_a_recorder_that_hangs_in_ending_ends_with_its_recording_whole(tmp_path:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with things that a user may name by mistake."""
+    """A folder with files that a user may name by mistake."""
     (tmp_path / 'empty').mkdir()
     (tmp_path / 'text.txt').write_text('no recording\n')
     (tmp_path / 'text.mcap').write_text('no recording, whatever its name says\n')
@@ -136,7 +136,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-# The arguments, and what the line has to name: what was expected, or found, or where.
+# The arguments, and what the error line has to name: what was expected or found, or where.
 WRONG = {
     'command': (['measures'], ['measures', '--help']),
     'no bag': (['measure'], ['bpc measure', 'BAG']),

@@ -1,4 +1,4 @@
-"""Recordings outlive their recorder, and programs that are not ours read them."""
+"""Recordings survive their recorder, and other programs read them."""
 
 from __future__ import annotations
 
@@ -39,34 +39,34 @@ from bpc_system_tests.parts.ros_graph import own_domain
 from bpc_system_tests.robustness.killed_recorder import (
     counts,
     kill_recorders,
-    KILLED,
-    POSES_LOST,
+    KILL_TIMES_S,
+    MAX_POSES_LOST_S,
     read_by_javascript,
     READER,
     Remains,
 )
 
 STRING = 'std_msgs/msg/String'
-# .ci/run installs the reader and sets this, so that there it is never skipped.
+# .ci/run installs the reader and sets this variable, so that the tests are never skipped there.
 javascript = pytest.mark.skipif(
     not (READER / 'node_modules').exists() and 'BPC_ALL_READERS' not in os.environ,
     reason='needs Node.js and `npm ci --prefix test/mcap_reader`')
 
 
 def by_mcap(file: Path) -> dict[str, int]:
-    """Messages of each topic as the mcap package finds them, from front to back."""
+    """Count the messages of each topic with the mcap package, from front to back."""
     found: dict[str, int] = {}
     with file.open('rb') as stream:
         try:
             for _, channel, _ in NonSeekingReader(stream).iter_messages(log_time_order=False):
                 found[channel.topic] = found.get(channel.topic, 0) + 1
-        except Exception:  # whatever it says of the torn end
+        except Exception:  # whatever it raises at the torn end
             return found
     return found
 
 
 def by_rosbags(folder: Path) -> dict[str, int]:
-    """Messages of each topic as rosbags finds them."""
+    """Count the messages of each topic with rosbags."""
     found: dict[str, int] = {}
     with Reader(folder) as reader:
         for connection, _, _ in reader.messages():
@@ -79,7 +79,7 @@ def words(count: int) -> list[String]:
 
 
 def texts(bag: Path) -> list[Any]:
-    """The messages of /words as we read them."""
+    """Return the messages of /words as our reader reads them."""
     return [message for _, _, message in Bag(bag).messages({'/words'})]
 
 
@@ -104,25 +104,25 @@ def torn(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope='module')
 def recovered(torn: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
-    """What `bpc recover` makes of it, and what it says."""
+    """The bag that `bpc recover` makes of it, and the output."""
     target = torn.parent / 'mended'
     return target, run('recover', torn, '--out', target)
 
 
-# Killed
+# A recorder that is killed
 
 
 @pytest.fixture(scope='module')
 def left(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Remains]]:
-    """What two recorders leave that were killed while they recorded."""
-    moments = np.random.default_rng(5).uniform(*KILLED, 2).tolist()
+    """What two recorders leave when they are killed while they record."""
+    moments = np.random.default_rng(5).uniform(*KILL_TIMES_S, 2).tolist()
     with own_domain() as domain:
         yield kill_recorders(tmp_path_factory.mktemp('killed'), domain, moments, 304, 228)
 
 
 def test_a_killed_recorder_leaves_all_but_the_last_half_second(left: list[Remains]) -> None:
     for each in left:
-        assert each.poses_lost <= POSES_LOST
+        assert each.poses_lost <= MAX_POSES_LOST_S
         assert each.frames_lost == 0
         assert each.frames > 0
 
@@ -153,7 +153,7 @@ def test_what_a_killed_recorder_leaves_is_the_same_to_javascript(left: list[Rema
         assert read_by_javascript(file)['stream'] == counts(each.bag)
 
 
-# Torn, and mended
+# A torn recording, and its recovery
 
 
 def test_a_torn_recording_is_recovered(
@@ -204,7 +204,7 @@ def test_a_name_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: st
     assert inside(tmp_path, '20260101T000000.000Z').parent == tmp_path
 
 
-# Others read ours, and we theirs
+# Other programs read our recordings, and we read theirs
 
 
 @javascript
@@ -238,7 +238,7 @@ def test_we_read_what_rosbags_wrote(tmp_path: Path, compressed: bool) -> None:
 
 
 def fill_disk(bag: BagWriter) -> None:
-    """From now on the kernel says to this writer that the disk is full."""
+    """Let the kernel report a full disk to a writer from now on."""
     with open('/dev/full', 'wb') as full:
         os.dup2(full.fileno(), bag._stream.fileno())
 
@@ -321,7 +321,7 @@ def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int
 
 
 def test_who_looks_on_a_recording_does_not_end_it(tmp_path: Path, ros_domain: int) -> None:
-    """As where the terminal is gone, or the disk's free space cannot be asked for."""
+    """As if the terminal is gone, or the free space of the disk is unknown."""
     looks: list[int] = []
 
     def on_progress(_: dict[str, int], size: int) -> None:

@@ -1,4 +1,4 @@
-"""Recordings played over topics: the same result as without, looping, recorded again."""
+"""Recordings played over topics: the result is that without topics; looping; recording again."""
 
 from __future__ import annotations
 
@@ -13,22 +13,29 @@ from rosbags.rosbag2 import Reader
 
 from bpc_interfaces.msg import ThicknessProfile
 from bpc_perception.messages import topics
-from bpc_system_tests.parts.command_line import OUTPUTS, run, running, SAMPLE, succeed
+from bpc_system_tests.parts.command_line import (
+    OUTPUTS,
+    PATIENCE_S,
+    run,
+    running,
+    SAMPLE,
+    succeed,
+)
 from bpc_system_tests.parts.process_tree import alive, descendants
-from bpc_system_tests.parts.ros_graph import listening, own_domain, PATIENCE
+from bpc_system_tests.parts.ros_graph import listening, own_domain
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 
-RATE = 6  # of real time: 600 poses a second
+REPLAY_RATE = 6  # times real time: 600 poses a second
 CAPTURES = 3  # in the short bag
 
 
 @pytest.fixture(scope='module', params=[(), ('--separate',)], ids=['composed', 'separate'])
 def replayed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What a replay of the sample bag leaves behind."""
+    """The outputs of a replay of the sample bag."""
     out = tmp_path_factory.mktemp('replay') / 'out'
     with own_domain():
-        succeed('replay', SAMPLE, '--rate', RATE, '--out', out, *request.param)
+        succeed('replay', SAMPLE, '--rate', REPLAY_RATE, '--out', out, *request.param)
     return out
 
 
@@ -36,7 +43,7 @@ def test_replay_leaves_what_measure_does(replayed: Path, measured_sample: Path) 
     assert {file.name for file in replayed.iterdir()} == OUTPUTS
     profile = (replayed / 'profile.csv').read_bytes()
     assert profile == (measured_sample / 'profile.csv').read_bytes()
-    # What is said of the measurement differs in how long it took only.
+    # The summaries differ only in the time that measuring took.
     summaries = [json.loads((folder / 'summary.json').read_text())
                  for folder in (replayed, measured_sample)]
     for summary in summaries:
@@ -54,7 +61,7 @@ def test_profile_grows_capture_by_capture(replayed: Path) -> None:
 
 
 def whole_rounds(profiles: list[ThicknessProfile]) -> list[list[ThicknessProfile]]:
-    """Of each round its profiles; without rounds in which a busy machine skipped a capture."""
+    """Return the profiles of each round, without rounds in which a capture was skipped."""
     starts = [index for index, profile in enumerate(profiles) if profile.capture == 0]
     rounds = [profiles[start:end] for start, end in pairwise([*starts, len(profiles)])]
     return [each for each in rounds if len(each) == CAPTURES]
@@ -72,7 +79,7 @@ def test_loop_forgets_and_measures_again(short_bag: Path, tmp_path: Path,
         listener.wait(two_rounds)
         interrupted = time.monotonic()
         replay.send_signal(signal.SIGINT)
-        printed, complaints = replay.communicate(timeout=PATIENCE)
+        printed, complaints = replay.communicate(timeout=PATIENCE_S)
     assert time.monotonic() - interrupted < 10  # with all its nodes, on a busy machine
     assert (replay.returncode, complaints) == (0, ''), complaints
     assert {file.name for file in out.iterdir()} == OUTPUTS
@@ -89,13 +96,13 @@ def test_loop_forgets_and_measures_again(short_bag: Path, tmp_path: Path,
 def test_interrupted_replay_reports_what_was_played(tmp_path: Path, ros_domain: int) -> None:
     out = tmp_path / 'out'
     with listening(ros_domain) as listener, running(
-            'replay', SAMPLE, '--rate', RATE, '--out', out) as replay:
+            'replay', SAMPLE, '--rate', REPLAY_RATE, '--out', out) as replay:
         listener.wait(lambda: len(listener.advice) == 2)
         replay.send_signal(signal.SIGINT)
-        _, complaints = replay.communicate(timeout=PATIENCE)
+        _, complaints = replay.communicate(timeout=PATIENCE_S)
     assert (replay.returncode, complaints) == (0, '')
     captures = json.loads((out / 'summary.json').read_text())['captures']
-    # It may have seen one less by then, or one more; of what was not played nothing is said.
+    # The replay may have one capture less or more by then; none that was not played.
     assert [capture['capture'] for capture in captures] in ([0], [0, 1], [0, 1, 2])
 
 
@@ -108,17 +115,17 @@ def test_terminated_replay_ends_its_nodes(short_bag: Path, tmp_path: Path, ros_d
         nodes = descendants([replay.pid])
         assert len(nodes) == 3  # recorder, camera driver with thickness node, player
         replay.send_signal(number)
-        replay.communicate(timeout=PATIENCE)
-        # The names in the graph tell nothing: of a node that has taken its leave one may stay.
+        replay.communicate(timeout=PATIENCE_S)
+        # Names in the graph prove nothing: the name of a node that has ended may stay.
         listener.wait(lambda: not any(alive(pid) for pid in nodes))
         listener.wait(lambda: listener.node.count_publishers('/diagnostics') == 0)
 
 
 @pytest.fixture(scope='module')
 def recorded(short_bag: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the replay of the short bag, and what two recorders made of it.
+    """A folder with the replay of the short bag, and two recordings of it.
 
-    One was ended by Ctrl-C, the other killed without a chance to close its file.
+    One recorder was ended by Ctrl-C, the other was killed and could not close its file.
     """
     folder = tmp_path_factory.mktemp('recorded')
     with (own_domain() as domain, listening(domain) as listener,
@@ -131,13 +138,13 @@ def recorded(short_bag: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         assert killed.poll() is None, killed.communicate()
         killed.kill()
         ended.send_signal(signal.SIGINT)
-        ended.communicate(timeout=PATIENCE)
+        ended.communicate(timeout=PATIENCE_S)
         assert ended.returncode == 0
     return folder
 
 
 def measure(bag: Path, short_bag: Path) -> bytes:
-    """The profile.csv of what was recorded of the short bag."""
+    """Measure a recording of the short bag, and return the profile.csv."""
     out = bag.parent / f'{bag.name}-measured'
     ended = run('measure', bag, '--handeye', short_bag / 'hand_eye.calib',
                 '--params', short_bag / 'params.yaml', '--out', out)
@@ -154,7 +161,7 @@ def test_recorded_replay_gives_the_same_profile(recorded: Path, short_bag: Path)
     with Reader(short_bag) as reader:
         played = {each.topic: each.msgcount for each in reader.connections}
     assert all(counts[f'/{name}'] == CAPTURES for name in topics.CAMERA)
-    # Of what waits for nobody, a recorder may miss the beginning, before the print.
+    # A recorder may miss the first messages, before the print.
     assert all(0.85 * count < counts[topic] <= count for topic, count in played.items())
     assert counts[f'/{topics.PROFILE}'] == counts[f'/{topics.ADVICE}'] == CAPTURES
     assert counts[f'/{topics.PATH}'] > 5
@@ -164,5 +171,5 @@ def test_recorded_replay_gives_the_same_profile(recorded: Path, short_bag: Path)
 def test_killed_recorder_leaves_what_it_heard(recorded: Path, short_bag: Path) -> None:
     bag = recorded / 'killed'
     assert not (bag / 'metadata.yaml').exists()
-    # The print had ended a second and more before the kill: nothing of it is missing.
+    # The print had ended more than a second before the kill: nothing of it is missing.
     assert measure(bag, short_bag) == (recorded / 'replayed' / 'profile.csv').read_bytes()

@@ -13,9 +13,9 @@ import numpy as np
 from selenium.webdriver import Chrome
 
 from bpc_perception.display.overlay import draw_overlay
-from bpc_system_tests.parts.browser import browsing, DESKTOP, missing, show_as
+from bpc_system_tests.parts.browser import browsing, DESKTOP_PX, missing, show_as
 from bpc_system_tests.parts.command_line import ROOT, SAMPLE, succeed
-from bpc_system_tests.parts.page_stage import Stage, staged
+from bpc_system_tests.parts.page_under_test import page_under_test, PageUnderTest
 from bpc_system_tests.parts.sample_print import sample_results
 
 PICTURES = ROOT / 'docs' / 'pictures'
@@ -31,7 +31,7 @@ def overlay() -> None:
                 [cv2.IMWRITE_PNG_COMPRESSION, 9])
 
 
-def page(stage: Stage) -> None:
+def page(stage: PageUnderTest) -> None:
     """The live page after that capture."""
     stage.open()
     for capture in range(1, len(stage.results)):
@@ -42,7 +42,7 @@ def page(stage: Stage) -> None:
     stage.wait(lambda: stage.driver.execute_script(
         'const image = document.querySelector(".overlay img"); return image?.complete'))
     height = int(stage.driver.execute_script('return document.body.scrollHeight'))
-    show_as(stage.driver, (DESKTOP[0], height))
+    show_as(stage.driver, (DESKTOP_PX[0], height))
     stage.wait(lambda: stage.driver.execute_script(
         'return document.querySelector(".chart canvas").width > 1000'))
     save(stage.driver, 'page.jpg')
@@ -52,7 +52,7 @@ def report(driver: Chrome) -> None:
     """The top of the sample print's report."""
     with tempfile.TemporaryDirectory() as folder:
         succeed('measure', SAMPLE.relative_to(ROOT), '--out', folder, folder=ROOT)
-        show_as(driver, DESKTOP)
+        show_as(driver, DESKTOP_PX)
         driver.get(Path(folder, 'report.html').as_uri())
         save(driver, 'report.jpg')
 
@@ -75,6 +75,6 @@ if __name__ == '__main__':
     PICTURES.mkdir(exist_ok=True)
     overlay()
     with browsing() as driver:
-        with staged(driver) as stage:
+        with page_under_test(driver) as stage:
             page(stage)
         report(driver)

@@ -1,4 +1,4 @@
-"""The command line run as a user runs it: another process, its exit status, what it says."""
+"""The command line as a user runs it: another process, its exit status, its output."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ ROOT = Path(__file__).resolve().parents[3]
 SAMPLE = ROOT / 'bags' / 'spiral_gaps'
 OUTPUTS = {'profile.csv', 'summary.json', 'report.html'}
 
-PATIENCE = 60.0  # for what takes a few seconds on an idle machine [s]
-REFUSED = 2
+PATIENCE_S = 60.0  # for what takes a few seconds on an idle machine
+REFUSED_STATUS = 2
 
 
 def command(*arguments: object) -> list[str]:
-    """What runs `bpc` with these arguments."""
+    """Return the command that runs `bpc` with these arguments."""
     return [sys.executable, '-m', 'bpc_perception', *(str(item) for item in arguments)]
 
 
 def run(*arguments: object, folder: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run `bpc` to its end."""
+    """Run `bpc` to its end, in a folder."""
     return subprocess.run(command(*arguments), cwd=folder, stdin=subprocess.DEVNULL,
-                          capture_output=True, text=True, timeout=PATIENCE, check=False)
+                          capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 def succeed(*arguments: object, folder: Path | None = None) -> str:
-    """Run `bpc`, which is to succeed and to have nothing to complain of; its output."""
+    """Run `bpc`, which has to succeed without a word on stderr; return its output."""
     ended = run(*arguments, folder=folder)
     assert (ended.returncode, ended.stderr) == (0, ''), ended.stderr
     return ended.stdout
 
 
 def refusal(*arguments: object, folder: Path | None = None) -> str:
-    """Run `bpc`, which is to refuse; the line that it says on stderr."""
+    """Run `bpc`, which has to refuse; return its line on stderr."""
     ended = run(*arguments, folder=folder)
-    assert ended.returncode == REFUSED, ended.stderr or ended.stdout
+    assert ended.returncode == REFUSED_STATUS, ended.stderr or ended.stdout
     lines = ended.stderr.splitlines()
     assert len(lines) == 1, ended.stderr
     assert 'Traceback' not in ended.stdout
@@ -47,7 +47,7 @@ def refusal(*arguments: object, folder: Path | None = None) -> str:
 
 @contextmanager
 def running(*arguments: object) -> Iterator[subprocess.Popen[str]]:
-    """`bpc` while it runs; ended, if it has not, as by Ctrl-C, so that it ends its nodes."""
+    """Run `bpc` during the block; then end it as by Ctrl-C, so that it ends its nodes."""
     process = subprocess.Popen(command(*arguments), stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                start_new_session=True)
@@ -58,7 +58,7 @@ def running(*arguments: object) -> Iterator[subprocess.Popen[str]]:
             finally:
                 if process.poll() is None:
                     process.send_signal(signal.SIGINT)
-                    process.communicate(timeout=PATIENCE)
+                    process.communicate(timeout=PATIENCE_S)
     finally:
         if process.poll() is None:
             process.kill()

@@ -1,4 +1,4 @@
-"""The messages of the LBR stack, which no wheel has: made where they are not installed."""
+"""The messages of the LBR stack, for which there is no wheel: built where they are missing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import subprocess
 from textwrap import dedent
 
 PACKAGE = 'lbr_fri_idl'
-# Fields, types and order are those of lbr_fri_idl for FRI 1, so that it is the same on the wire.
+# Fields, types and order are those of lbr_fri_idl for FRI 1: the message is the same on the wire.
 FILES = {
     'msg/LBRState.msg': '''
         float64 sample_time
@@ -56,8 +56,8 @@ FILES = {
 
 
 def lbr_messages(folder: Path) -> dict[str, str]:
-    """Build the package in this folder; the search paths with which processes find it."""
-    if find_spec(PACKAGE) is not None:  # the real one
+    """Build the package in a folder; return the search paths with which processes find it."""
+    if find_spec(PACKAGE) is not None:  # the real package
         return {}
     for name, text in FILES.items():
         file = folder / 'source' / name

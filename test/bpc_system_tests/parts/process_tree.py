@@ -1,4 +1,4 @@
-"""What processes started, and whether it lives."""
+"""The descendants of processes, and whether they are alive."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def descendants(pids: Iterable[int]) -> list[int]:
-    """All processes that these started, directly or not."""
+    """Return all processes that these started, directly or not."""
     found = []
     for pid in pids:
         for children in Path(f'/proc/{pid}/task').glob('*/children'):
@@ -20,7 +20,7 @@ def descendants(pids: Iterable[int]) -> list[int]:
 
 
 def alive(pid: int) -> bool:
-    """Whether a process is there that is no zombie."""
+    """Tell whether a process exists and is no zombie."""
     try:
         return Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()[0] != 'Z'
     except OSError:

@@ -1,4 +1,4 @@
-"""ROS graphs whose nodes are processes, with the test as a listener among them."""
+"""ROS graphs of processes, with the test as a listener among them."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ from bpc_interfaces.msg import DepositionPath, RateAdvice, ThicknessProfile
 from bpc_perception.messages import topics
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import free_domain, Graph
+from bpc_system_tests.parts.command_line import PATIENCE_S
 
-PATIENCE = 60.0  # for what takes a few seconds on an idle machine [s]
+SHORTEST_START_DELAY_S = 6.0
 
 
 def start_delay(took: float) -> float:
-    """How far ahead the start of a print is set [s], if other nodes took so long to start."""
-    return max(6.0, 2 * took)
+    """Return how far ahead to set the start of a print [s], if nodes took so long to start."""
+    return max(SHORTEST_START_DELAY_S, 2 * took)
 
 
 @contextmanager
 def own_domain() -> Iterator[int]:
-    """A ROS domain id that no other test has, which processes started meanwhile inherit."""
+    """Reserve a ROS domain id; processes that start in the block inherit it."""
     before = os.environ.get('ROS_DOMAIN_ID')
     with free_domain() as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
@@ -40,11 +41,11 @@ def own_domain() -> Iterator[int]:
 
 
 class Listener:
-    """A node of the test's that keeps what the nodes under test say, by arrival.
+    """A node of the test that keeps the messages of the nodes under test.
 
     Attributes:
-        heard: messages of each topic in the order in which they came.
-        order: the topics of all messages in the order in which they came.
+        heard: messages of each topic, in the order of arrival.
+        order: topics of all messages, in the order of arrival.
     """
 
     TOPICS: ClassVar[dict[str, tuple[Any, QoSProfile]]] = {
@@ -67,26 +68,27 @@ class Listener:
         self.order.append(name)
 
     def forget(self) -> None:
-        """Begin anew."""
+        """Forget all messages."""
         for messages in self.heard.values():
             messages.clear()
         self.order.clear()
 
     @property
     def profiles(self) -> list[ThicknessProfile]:
-        """The profiles that came."""
+        """The profiles that arrived."""
         return self.heard[topics.PROFILE]
 
     @property
     def advice(self) -> list[RateAdvice]:
-        """The advice that came."""
+        """The advice that arrived."""
         return self.heard[topics.ADVICE]
 
     def wait(self, condition: Callable[[], Any], nodes: Nodes | None = None,
-             timeout: float = PATIENCE) -> None:
-        """Listen until the condition holds; fails when a node ends before, or it never does.
+             timeout: float = PATIENCE_S) -> None:
+        """Listen until a condition holds.
 
-        What the nodes last said on /diagnostics is then said as well.
+        Fails if one of ``nodes`` ends before, or after the timeout [s]; the failure also says
+        what the nodes last said on /diagnostics.
         """
         def holds() -> Any:
             if nodes is not None:
@@ -99,13 +101,13 @@ class Listener:
             raise AssertionError(f'{error}; {self.last_words()}') from None
 
     def last_words(self) -> dict[str, str]:
-        """What each node last said on /diagnostics, with all its values."""
+        """Return what each node last said on /diagnostics, with all values."""
         return {status.name: f'{status.message}: ' + ', '.join(
                     f'{value.key} {value.value}' for value in status.values)
                 for message in self.heard['/diagnostics'] for status in message.status}
 
     def complaints(self, node: str) -> list[str]:
-        """What a node said on /diagnostics that it had to refuse."""
+        """Return the warnings of a node on /diagnostics."""
         return [status.message for message in self.heard['/diagnostics']
                 for status in message.status
                 if status.name == node and status.level != DiagnosticStatus.OK]
@@ -113,7 +115,7 @@ class Listener:
 
 @contextmanager
 def listening(domain: int) -> Iterator[Listener]:
-    """A listener in a graph."""
+    """Make a listener in the graph of a domain."""
     graph = Graph(domain)
     try:
         yield Listener(graph)

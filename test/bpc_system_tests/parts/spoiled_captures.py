@@ -1,4 +1,4 @@
-"""Captures that cannot be measured, made of good ones by changing one thing."""
+"""Captures that cannot be measured: good ones with one change."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.bag_writer import BagWriter
 from bpc_system_tests.parts.command_line import SAMPLE
 
-# The messages of a capture by topic; a change may take one away.
+# The messages of a capture by topic; a change may remove one.
 Messages = dict[str, Any]
 Change = Callable[[Messages], None]
 
@@ -38,7 +38,7 @@ def unorganized_cloud(messages: Messages) -> None:
     info: CameraInfo = messages[topics.CAMERA_INFO]
     cloud.width, cloud.height = cloud.width * cloud.height, 1
     cloud.row_step = cloud.width * cloud.point_step
-    # As long as wide, so that it is not the size that differs.
+    # The image gets the same size, so that the size is not what differs.
     image.width, image.height, image.step = cloud.width, 1, cloud.width * 4
     info.width, info.height = cloud.width, 1
 
@@ -56,7 +56,7 @@ def uncalibrated_camera(messages: Messages) -> None:
     messages[topics.CAMERA_INFO].k = np.zeros(9)
 
 
-# Each change and what is to be said of it.
+# Each change, and the words that the refusal has to contain.
 CHANGES: dict[str, tuple[Change, list[str]]] = {
     'without cloud': (without_cloud, [
         'expected color/image_color, color/camera_info, points/xyzrgba of one stamp',
@@ -75,7 +75,7 @@ CHANGES: dict[str, tuple[Change, list[str]]] = {
 
 
 def captures(bag: Path) -> list[Messages]:
-    """The messages of each capture of a recording, by relative topic."""
+    """Return the messages of each capture of a recording, by relative topic."""
     found: dict[int, Messages] = {}
     for topic, log_ns, message in Bag(bag).messages({f'/{name}' for name in topics.CAMERA}):
         found.setdefault(log_ns, {})[topic.lstrip('/')] = message
@@ -83,7 +83,7 @@ def captures(bag: Path) -> list[Messages]:
 
 
 def spoil(messages: Messages, change: Change) -> Messages:
-    """A changed copy of a capture."""
+    """Return a changed copy of a capture."""
     changed = deepcopy(messages)
     change(changed)
     return changed
@@ -91,24 +91,24 @@ def spoil(messages: Messages, change: Change) -> Messages:
 
 def write_spoiled(source: Path, target: Path, change: Change | None = None,
                   leave_out: frozenset[str] = frozenset()) -> Path:
-    """A copy of a recording with every capture changed, or without some topics."""
+    """Write a copy of a recording with every capture changed, or without some topics."""
     bag = Bag(source)
     with BagWriter(target, compress=True) as writer:
         for topic, type_name in bag.topics.items():
             if topic not in leave_out:
                 writer.add_topic(topic, type_name)
-        pending: Messages = {}
+        capture: Messages = {}  # as far as its messages have come
         for topic, log_ns, message in bag.messages(set(bag.topics) - leave_out):
             name = topic.lstrip('/')
             if name not in topics.CAMERA or change is None:
                 writer.write(topic, log_ns, message)
                 continue
-            pending[name] = message
-            if len(pending) == len(topics.CAMERA):
-                change(pending)
-                for changed, part in pending.items():
+            capture[name] = message
+            if len(capture) == len(topics.CAMERA):
+                change(capture)
+                for changed, part in capture.items():
                     writer.write(f'/{changed}', log_ns, part)
-                pending = {}
+                capture = {}
     for name in ('hand_eye.calib', 'params.yaml'):
         shutil.copy(SAMPLE / name, target)
     return target

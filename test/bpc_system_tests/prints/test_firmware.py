@@ -1,4 +1,4 @@
-"""The reference sketch, compiled for this computer with the few calls it makes stood in for."""
+"""The reference sketch, compiled for this computer with stand-ins for its few library calls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The closed loop over topics: every node a process, the same outcome as without a graph."""
+"""The closed loop over topics: every node is a process; the outcome is that without a graph."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from bpc_system_tests.parts.command_line import command, refusal
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 
-PRINT = 110.0  # 36 s of print, and the start and end of seven processes on a busy machine [s]
-SAID = re.compile(r'Off the target by ([\d.]+) % .* says ([\d.]+) %, and ([\d.]+) % without')
+PATIENCE_S = 110.0  # 36 s of print, and start and end of seven processes on a busy machine
+REPORT = re.compile(r'Off the target by ([\d.]+) % .* says ([\d.]+) %, and ([\d.]+) % without')
 
 
 @pytest.mark.timeout(150)
@@ -20,9 +20,9 @@ SAID = re.compile(r'Off the target by ([\d.]+) % .* says ([\d.]+) %, and ([\d.]+
 def test_live_as_offline() -> None:
     ended = subprocess.run(
         command('sim', '--closed-loop', '--scenario', 'under_delivery', '--speed', 6),
-        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PRINT, check=False)
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert (ended.returncode, ended.stderr) == (0, ''), ended.stderr
-    found = SAID.search(ended.stdout)
+    found = REPORT.search(ended.stdout)
     assert found, ended.stdout
     live, offline, without = (float(value) for value in found.groups())
     assert live < 0.75 * without, ended.stdout

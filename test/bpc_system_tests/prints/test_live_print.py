@@ -1,4 +1,4 @@
-"""A print on the synthetic printer, measured while it runs: every node a process."""
+"""A print on the synthetic printer, measured while it runs: every node is a process."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import time
 
 import numpy as np
 import pytest
-import yaml
 
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception.core.profile import run_extents
@@ -19,28 +18,29 @@ from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_sim.printer.scenarios import SCENARIOS
+from bpc_sim.printer.settings import write_settings
 from bpc_system_tests.parts.command_line import ROOT
+from bpc_system_tests.parts.print_comparison import compare, expect_the_truth, pixel_size
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain, start_delay
-from bpc_system_tests.parts.truth_of_prints import compare, expect_the_truth, pixel_size
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 
-SCENARIO, SPEED = 'spiral_gaps', 0.03  # 174 mm in 6 s
-TARGET = 2e-3  # [m]
-CAMERA_RATE = 2.0  # [Hz]
-JOB = SCENARIOS[SCENARIO](SPEED)
+SCENARIO, SPEED_M_PER_S = 'spiral_gaps', 0.03  # 174 mm in 6 s
+TARGET_M = 2e-3
+CAMERA_RATE_HZ = 2.0
+JOB = SCENARIOS[SCENARIO](SPEED_M_PER_S)
 
 
 @dataclass(frozen=True)
 class LivePrint:
-    """What was heard of a print.
+    """The messages heard during a print.
 
     Attributes:
-        start_ns, end_ns: of the job, by the clock of the nodes.
-        order: topics of all messages in the order in which they came.
-        profiles, advice: up to a capture of the complete print.
-        published: names of all topics that anybody published.
-        late_profiles: of a thickness node that was started after the print.
+        start_ns, end_ns: start and end of the job, by the clock of the nodes [ns].
+        order: topics of all messages, in the order of arrival.
+        profiles, advice: messages up to a capture of the complete print.
+        published: names of all published topics.
+        late_profiles: profiles of a thickness node that was started after the print.
     """
 
     start_ns: int
@@ -55,39 +55,39 @@ class LivePrint:
 @pytest.fixture(scope='module')
 def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LivePrint]:
     folder = tmp_path_factory.mktemp('live')
-    calibration, settings = folder / 'hand_eye.calib', folder / 'params.yaml'
-    calibration.write_text(yaml.safe_dump(hand_eye_calibration(JOB)))
-    settings.write_text(yaml.safe_dump(node_parameters(JOB, TARGET)))
-    with own_domain() as domain, listening(domain) as listener, Nodes(settings) as nodes:
-        with Nodes(settings) as measuring:
-            start_ns, end_ns = print_on(listener, nodes, measuring, calibration)
+    settings = write_settings(JOB, TARGET_M, folder)
+    with (own_domain() as domain, listening(domain) as listener,
+          Nodes(settings.parameters) as nodes):
+        with Nodes(settings.parameters) as measuring:
+            start_ns, end_ns = start_print(listener, nodes, measuring, settings.hand_eye)
             listener.wait(lambda: any(stamp(profile) > end_ns for profile in listener.profiles)
                           and len(listener.advice) == len(listener.profiles), nodes)
             measuring.check()
             published = {name for name, _ in listener.node.get_topic_names_and_types()
                          if listener.node.count_publishers(name)}
         order, profiles = listener.order.copy(), listener.profiles.copy()
-        with Nodes(settings) as measuring:
-            measuring.start('bpc_perception.nodes.thickness', hand_eye_file=str(calibration))
+        with Nodes(settings.parameters) as measuring:
+            measuring.start('bpc_perception.nodes.thickness',
+                            hand_eye_file=str(settings.hand_eye))
             listener.wait(lambda: len(listener.profiles) > len(profiles), nodes)
             measuring.check()
         yield LivePrint(start_ns, end_ns, order, profiles, listener.advice[:len(profiles)],
                         published, listener.profiles[len(profiles):])
 
 
-def print_on(listener: Listener, nodes: Nodes, measuring: Nodes,
-             calibration: Path) -> tuple[int, int]:
-    """Start a print with all that measures it; when it starts and ends [ns]."""
+def start_print(listener: Listener, nodes: Nodes, measuring: Nodes,
+                calibration: Path) -> tuple[int, int]:
+    """Start a print and the nodes that measure it; return when it starts and ends [ns]."""
     begun = time.monotonic()
     measuring.start('bpc_perception.nodes.thickness', hand_eye_file=str(calibration))
     nodes.start('bpc_perception.nodes.path_recorder')
     names = {'thickness', 'path_recorder'}
     listener.wait(lambda: names <= set(listener.node.get_node_names()), nodes)
     start_ns = time.time_ns() + round(start_delay(time.monotonic() - begun) * 1e9)
-    job = {'scenario': SCENARIO, 'speed': SPEED, 'start_time_ns': start_ns}
+    job = {'scenario': SCENARIO, 'speed': SPEED_M_PER_S, 'start_time_ns': start_ns}
     nodes.start('bpc_sim.nodes.robot', **job)
     nodes.start('bpc_sim.nodes.extruder', **job)
-    nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=CAMERA_RATE,
+    nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=CAMERA_RATE_HZ,
                 **job)
     listener.wait(lambda: all(listener.node.count_publishers(name)
                               for name in topics.PRINT | topics.CAMERA), nodes)
@@ -111,9 +111,9 @@ def test_profile_grows_with_each_capture(live: LivePrint) -> None:
     reach = [profile.arc_length[-1] for profile in printing]
     assert len(printing) >= 4
     assert (np.diff(reach) > 0).all()
-    # As far as the nozzle had come at the stamp, but for the poses that smoothing waits for.
+    # The path reaches as far as the nozzle at the stamp, less the poses that smoothing waits for.
     laid = JOB.laid((np.array([stamp(each) for each in printing]) - live.start_ns) * 1e-9)
-    assert reach == pytest.approx(laid, abs=0.15 * SPEED)
+    assert reach == pytest.approx(laid, abs=0.15 * SPEED_M_PER_S)
 
 
 @pytest.mark.parametrize(('file', 'frame'), [
@@ -132,18 +132,18 @@ def test_advice_follows_each_profile(live: LivePrint) -> None:
     assert results == [topics.PROFILE, topics.ADVICE] * len(live.profiles)
     for advice, profile in zip(live.advice, live.profiles, strict=True):
         assert advice.print_id == profile.print_id
-        assert advice.target_thickness == TARGET
+        assert advice.target_thickness == TARGET_M
         assert stamp_to_ns(advice.valid_until) > stamp(advice)
         assert advice.window_end <= profile.arc_length[-1]
     valid = [advice for advice in live.advice if advice.valid]
     assert valid
     for advice in valid:
-        # More ink where the bead is going to be too thin, or less speed; and the other way round.
-        thin = TARGET - advice.expected_thickness
+        # More ink or less speed where the bead is too thin; the opposite where it is too thick.
+        thin = TARGET_M - advice.expected_thickness
         assert (advice.flow_rate_scale - 1) * thin >= 0
         assert (advice.flow_rate_scale - 1) * (advice.speed_scale - 1) <= 0
         assert advice.flow_rate == pytest.approx(
-            advice.flow_rate_scale * np.pi / 4 * TARGET**2 * SPEED)
+            advice.flow_rate_scale * np.pi / 4 * TARGET_M**2 * SPEED_M_PER_S)
 
 
 @pytest.mark.accuracy
@@ -170,6 +170,6 @@ def test_node_started_late_measures_the_same_print(live: LivePrint) -> None:
     last, late = live.profiles[-1], live.late_profiles[0]
     assert late.print_id == last.print_id
     assert late.arc_length[:len(last.arc_length)] == last.arc_length
-    # Counted by this node; its first may come before the listener has found it.
+    # The node counts anew; its first profile may come before the listener has found it.
     assert late.capture < last.capture
     expect_the_truth(compare(profile_from_message(late), JOB), pixel_size(JOB))

@@ -1,4 +1,4 @@
-"""A recording as the LBR stack makes it: joint states only, and the camera in the arm's hand."""
+"""A recording as the LBR stack makes it: joint states only, and the camera on the arm."""
 
 from __future__ import annotations
 
@@ -23,20 +23,21 @@ from bpc_perception.recording.inputs import load
 from bpc_perception.recording.offline import measure_bag
 from bpc_sim.doubles.rig import Rig
 from bpc_sim.printer.arm import Arm
-from bpc_sim.printer.messages import extruder_message
-from bpc_sim.printer.recording import CAMERA_LATENCY_NS, parameters, START_NS
+from bpc_sim.printer.messages import CAMERA_LATENCY_NS, extruder_message
+from bpc_sim.printer.print_recording import START_NS
 from bpc_sim.printer.scenarios import SCENARIOS
+from bpc_sim.printer.settings import node_parameters
 from bpc_system_tests.parts.command_line import succeed
+from bpc_system_tests.parts.print_comparison import compare, expect_the_truth, pixel_size
 from bpc_system_tests.parts.ros_graph import own_domain
-from bpc_system_tests.parts.truth_of_prints import compare, expect_the_truth, pixel_size
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
 RIG = Rig(SCENARIOS['line'](0.025), on_base=False)
-CAPTURES = 1.3, 2.0, RIG.job.duration  # the arm moves at the first two [s]
+CAPTURE_TIMES_S = 1.3, 2.0, RIG.job.duration  # the arm moves at the first two
 
 
 def joint_state(arm: Arm, t: float, stamp_ns: int) -> JointState:
-    angles = arm.reach(RIG.job.flange_pose(t))
+    angles = arm.joint_angles(RIG.job.flange_pose(t))
     message = JointState(name=[f'lbr_{joint}' for joint in JOINTS],
                          position=array('d', angles.tolist()))
     message.header.stamp = ns_to_stamp(stamp_ns)
@@ -57,7 +58,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
             log_ns = START_NS + round(t * 1e9)
             writer.write('/lbr/joint_states', log_ns, joint_state(arm, t, log_ns))
             writer.write(f'/{topics.EXTRUSION}', log_ns, extruder_message(RIG.job, t, log_ns))
-        for number, t in enumerate(CAPTURES):
+        for number, t in enumerate(CAPTURE_TIMES_S):
             stamp_ns = START_NS + round(t * 1e9)
             capture = RIG.seen_by_camera(t).capture(t, number, stamp_ns)
             for name, message in zip(topics.CAMERA, capture_to_messages(capture), strict=True):
@@ -66,7 +67,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
                   FLANGE, 'zivid_optical_frame')
     pose = {'pose': {'source': 'joint_states', 'robot': 'lbr_med_7'}}
     (folder / 'params.yaml').write_text(yaml.safe_dump(
-        {'/**': {'ros__parameters': pose}, **parameters(RIG.job, 0.002)}))
+        {'/**': {'ros__parameters': pose}, **node_parameters(RIG.job, 0.002)}))
     return folder
 
 
@@ -74,10 +75,10 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_it_is_measured_as_it_is(bag: Path) -> None:
     given = load(bag, None, None)
     results = list(measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder))
-    assert [result.refusal for result in results] == [''] * len(CAPTURES)
+    assert [result.refusal for result in results] == [''] * len(CAPTURE_TIMES_S)
     profile = results[-1].profile
     assert profile is not None
-    seen = RIG.seen_by_camera(CAPTURES[-1])
+    seen = RIG.seen_by_camera(CAPTURE_TIMES_S[-1])
     compared = compare(profile, seen)
     assert compared.s.min() < 1e-3
     assert compared.s.max() > RIG.job.length - 1e-3

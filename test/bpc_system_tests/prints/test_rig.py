@@ -1,8 +1,9 @@
-"""A print on a rig made of doubles, through ``bpc live``: every device in its own words.
+"""A print on a rig of device doubles, through ``bpc live``: every device in its own protocol.
 
-An arm that tells its joints as the LBR stack does, a Tic on a pseudo-terminal, a Zivid camera
-behind a stand-in for the vendor's package. The camera is fixed beside the robot, with poses from
-joint states; or it is in its hand and moves as it prints, with poses from the controller's state.
+The arm publishes its joints as the LBR stack does, the Tic is on a pseudo-terminal, and the Zivid
+camera is behind a stand-in for the vendor's package. The camera is fixed beside the robot, with
+poses from joint states; or it is in the robot's hand and moves with it, with poses from the
+controller's state.
 """
 
 from __future__ import annotations
@@ -34,22 +35,33 @@ from bpc_sim.doubles import rig as doubles
 from bpc_sim.doubles.extruder import TicDouble, Wire
 from bpc_sim.printer.print_job import SYRINGE_BORE_M
 from bpc_sim.printer.scenarios import SCENARIOS
-from bpc_system_tests.parts.command_line import command, PATIENCE, run, running as running_command
+from bpc_system_tests.parts.command_line import (
+    command,
+    PATIENCE_S,
+    run,
+    running as running_command,
+)
 from bpc_system_tests.parts.lbr_messages import lbr_messages
+from bpc_system_tests.parts.print_comparison import (
+    compare,
+    expect_the_truth,
+    MILLIMETRE_M,
+    pixel_size,
+)
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain
-from bpc_system_tests.parts.truth_of_prints import compare, expect_the_truth, MM, pixel_size
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
-SCENARIO, SPEED = 'line', 0.01  # 50 mm in 5 s
-START_DELAYS = 6.0, 20.0, 60.0  # until arm and camera run; the next where it was too short [s]
-LEAD, STEPS = 1e-3, 200
-NOZZLE = [0.0, 0.0, 0.15]
-REMAPPED = {'joint_states': '/lbr/joint_states', 'lbr_state': '/lbr/state'}
+SCENARIO, SPEED_M_PER_S = 'line', 0.01  # 50 mm in 5 s
+# Until arm and camera run; the next one is tried if a delay was too short.
+START_DELAYS_S = 6.0, 20.0, 60.0
+LEAD_M, STEPS_PER_TURN = 1e-3, 200
+NOZZLE_OFFSET_M = [0.0, 0.0, 0.15]
+REMAPPINGS = {'joint_states': '/lbr/joint_states', 'lbr_state': '/lbr/state'}
 
 
 @dataclass
 class Running:
-    """The rig while it runs, and what was heard of it."""
+    """The rig while it runs, and the messages heard from it."""
 
     rig: doubles.Rig
     start_ns: int
@@ -62,15 +74,15 @@ class Running:
 
 
 def cell(folder: Path) -> list[object]:
-    """The options that tell a command of this printer."""
+    """Return the options of a command for this printer."""
     return ['--handeye', folder / 'cell.calib', '--params', folder / 'cell.yaml',
-            *(item for topic, other in REMAPPED.items()
+            *(item for topic, other in REMAPPINGS.items()
               for item in ('--remap', f'{topic}:={other}'))]
 
 
 @contextmanager
 def bpc_live(folder: Path) -> Iterator[None]:
-    """``bpc live`` with what is in the folder; it ends with the block, and in good order."""
+    """Run ``bpc live`` with the settings in a folder during the block; it has to end well."""
     live = subprocess.Popen(
         command('live', *cell(folder)),
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -85,7 +97,7 @@ def bpc_live(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def environment(**values: str) -> Iterator[None]:
-    """Variables for the processes started meanwhile."""
+    """Set environment variables for the processes that start in the block."""
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:
@@ -98,14 +110,14 @@ def environment(**values: str) -> Iterator[None]:
 
 
 def write_settings(folder: Path, rig: doubles.Rig, source: str) -> None:
-    """What a user has beside his printer."""
+    """Write the files that a user has for this printer."""
     save_hand_eye(folder / 'cell.calib', HandEye(rig.on_base, rig.T_parent_camera), 'cell', BASE,
                   FLANGE, 'zivid_optical_frame')
     bridge = {'back_end': 'tic', 'port': str(folder / 'ttyACM0'),
-              'plunger': {'lead': LEAD, 'bore': SYRINGE_BORE_M}}
+              'plunger': {'lead': LEAD_M, 'bore': SYRINGE_BORE_M}}
     (folder / 'cell.yaml').write_text(yaml.safe_dump({
         '/**': {'ros__parameters': {'pose': {'source': source, 'robot': 'lbr_med_7'}}},
-        'path_recorder': {'ros__parameters': {'nozzle_offset': NOZZLE}},
+        'path_recorder': {'ros__parameters': {'nozzle_offset': NOZZLE_OFFSET_M}},
         'thickness': {'ros__parameters': {'advice.target_thickness': 0.002}},
         'extruder_bridge': {'ros__parameters': bridge}}))
     (folder / 'vendor' / 'zivid').mkdir(parents=True)
@@ -119,7 +131,7 @@ def running(request: pytest.FixtureRequest,
             tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     folder = tmp_path_factory.mktemp('rig')
     mount, source = request.param
-    rig = doubles.Rig(SCENARIOS[SCENARIO](SPEED), mount == 'eye_on_base')
+    rig = doubles.Rig(SCENARIOS[SCENARIO](SPEED_M_PER_S), mount == 'eye_on_base')
     write_settings(folder, rig, source)
     messages = lbr_messages(folder / 'lbr') if source == 'lbr_state' else {}
     plug = folder / 'plugged'
@@ -128,33 +140,37 @@ def running(request: pytest.FixtureRequest,
 
     def motion(now: float) -> tuple[float, float]:
         t = now - start_ns * 1e-9
-        turns = STEPS / LEAD
-        return (float(rig.job.plunger_position(t)) * turns,
-                float(rig.job.plunger_velocity(t)) * turns)
+        steps_per_m = STEPS_PER_TURN / LEAD_M
+        return (float(rig.job.plunger_position(t)) * steps_per_m,
+                float(rig.job.plunger_velocity(t)) * steps_per_m)
 
-    variables = {doubles.SCENARIO: SCENARIO, doubles.SPEED: str(SPEED),
-                 doubles.PLUG: str(plug), doubles.MOUNT: mount,
+    variables = {doubles.SCENARIO_VARIABLE: SCENARIO, doubles.SPEED_VARIABLE: str(SPEED_M_PER_S),
+                 doubles.PLUG_VARIABLE: str(plug), doubles.MOUNT_VARIABLE: mount,
                  'XDG_STATE_HOME': str(folder / 'state')}
     variables |= messages
     variables['PYTHONPATH'] = ':'.join((str(folder / 'vendor'), variables.get(
         'PYTHONPATH', os.environ.get('PYTHONPATH', ''))))
     with own_domain() as domain, listening(domain) as listener, environment(**variables), \
             Wire(TicDouble(motion), folder / 'ttyACM0', lines=False) as wire, \
-            Nodes(folder / 'cell.yaml', remappings=REMAPPED) as nodes, bpc_live(folder), \
+            Nodes(folder / 'cell.yaml', remappings=REMAPPINGS) as nodes, bpc_live(folder), \
             running_command('record', '--out', folder / 'print', *cell(folder)) as recorder:
         nodes.start('bpc_perception.nodes.extruder_bridge')
         expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge', 'bag_recorder')
-        start_ns = set_going(listener, nodes)
+        start_ns = start_arm_and_camera(listener, nodes)
         yield Running(rig, start_ns, listener, nodes, wire, plug, recorder, folder / 'print')
 
 
-def set_going(listener: Listener, nodes: Nodes) -> int:
-    """Start arm and camera; when the print begins [ns], by which the recorder hears the arm."""
-    for delay in START_DELAYS:
+def start_arm_and_camera(listener: Listener, nodes: Nodes) -> int:
+    """Start arm and camera in time; return when the print begins [ns].
+
+    By then the path recorder hears the arm.
+    """
+    for delay in START_DELAYS_S:
         start_ns = time.time_ns() + round(delay * 1e9)
-        poses = taken(listener, 'poses')
-        nodes.start('bpc_sim.nodes.arm', scenario=SCENARIO, speed=SPEED, start_time_ns=start_ns)
-        with environment(**{doubles.START: str(start_ns)}):
+        poses = count_taken(listener, 'poses')
+        nodes.start('bpc_sim.nodes.arm', scenario=SCENARIO, speed=SPEED_M_PER_S,
+                    start_time_ns=start_ns)
+        with environment(**{doubles.START_VARIABLE: str(start_ns)}):
             nodes.start('bpc_perception.nodes.camera_driver', back_end='zivid', rate=1.0)
         expect(listener, nodes, 'synthetic_arm', 'camera_driver')
         listener.wait(partial(more_taken, listener, 'poses', poses), nodes)
@@ -162,7 +178,7 @@ def set_going(listener: Listener, nodes: Nodes) -> int:
             return start_ns
         for name in ('arm', 'camera_driver'):
             nodes.kill(name)
-    raise AssertionError(f'expected arm and camera to run within {START_DELAYS[-1]:g} s')
+    raise AssertionError(f'expected arm and camera to run within {START_DELAYS_S[-1]:g} s')
 
 
 def expect(listener: Listener, nodes: Nodes, *names: str) -> None:
@@ -170,8 +186,8 @@ def expect(listener: Listener, nodes: Nodes, *names: str) -> None:
     listener.wait(lambda: set(names) <= set(listener.node.get_node_names()), nodes)
 
 
-def taken(listener: Listener, what: str) -> int:
-    """How many poses, or extrusion states, the path recorder has taken."""
+def count_taken(listener: Listener, what: str) -> int:
+    """Return how many poses, or extrusion states, the path recorder has taken."""
     counts = [int(item.value) for message in listener.heard['/diagnostics']
               for status in message.status if status.name == 'path_recorder'
               for item in status.values if item.key == what]
@@ -179,11 +195,11 @@ def taken(listener: Listener, what: str) -> int:
 
 
 def more_taken(listener: Listener, what: str, than: int) -> bool:
-    return taken(listener, what) > than
+    return count_taken(listener, what) > than
 
 
 def stamps(running: Running) -> list[float]:
-    """When the captures of all profiles so far were taken [s after the job's start]."""
+    """Return when the captures of all profiles so far were taken [s after the job's start]."""
     return [(stamp_to_ns(profile.header.stamp) - running.start_ns) * 1e-9
             for profile in running.listener.profiles]
 
@@ -199,28 +215,28 @@ def test_the_print_is_measured_as_it_is(running: Running) -> None:
     assert compared.s.min() < 1e-3
     assert compared.s.max() > rig.job.length - 1e-3
     expect_the_truth(compared, pixel_size(seen))
-    # It was measured while it was printed, too.
+    # It was also measured while it was printed.
     assert sum(1.0 < t < rig.job.end_of_path for t in taken) >= 2
     flow_rate = max(listener.heard['deposition_path'][-1].flow_rate)
     assert flow_rate == pytest.approx(float(rig.job.flow_rate(2.0)), rel=0.01)
 
 
 def test_its_recording_is_measured_without_further_files(running: Running) -> None:
-    """Poses of this robot, calibration and parameters are all in it."""
+    """The recording contains poses of this robot, calibration and parameters."""
     running.recorder.send_signal(signal.SIGINT)
-    _, complaints = running.recorder.communicate(timeout=PATIENCE)
+    _, complaints = running.recorder.communicate(timeout=PATIENCE_S)
     assert running.recorder.returncode == 0
     assert 'expected' not in complaints
     out = running.recording.with_name('results')
     ended = run('measure', running.recording, '--out', out)
     assert ended.returncode == 0, ended.stderr
-    # The recorder may have been told to end between the topics of a capture.
+    # The recorder may have ended between the topics of a capture.
     assert all('of one stamp' in line for line in ended.stderr.splitlines()), ended.stderr
     table = np.genfromtxt(out / 'profile.csv', delimiter=',', names=True, dtype=None,
                           encoding='utf-8')
     found: Any = SimpleNamespace(
-        points=np.stack([table[f'{axis}_mm'] for axis in 'xyz'], axis=1) * MM,
-        thickness=table['thickness_mm'] * MM,
+        points=np.stack([table[f'{axis}_mm'] for axis in 'xyz'], axis=1) * MILLIMETRE_M,
+        thickness=table['thickness_mm'] * MILLIMETRE_M,
         status=np.array([Status[name] for name in table['status']]))
     compared = compare(found, running.rig.seen_by_camera(stamps(running)[-1]))
     assert compared.s.max() > running.rig.job.length - 1e-3
@@ -245,12 +261,12 @@ def test_an_extruder_that_was_unplugged_is_heard_again(running: Running) -> None
     listener.wait(lambda: any('extrusion_state: expected messages' in text
                               for text in listener.complaints('path_recorder')), running.nodes)
     running.wire.plug()
-    states = taken(listener, 'extrusion states')
+    states = count_taken(listener, 'extrusion states')
     listener.wait(lambda: more_taken(listener, 'extrusion states', states + 20), running.nodes)
 
 
 def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
-    """With the camera in hand nothing is measured meanwhile; beside the robot it goes on."""
+    """Meanwhile nothing is measured by a camera in the hand; beside the robot it goes on."""
     def missed() -> bool:
         return any(f'{source}: expected messages' in text
                    for text in listener.complaints('path_recorder')
@@ -274,7 +290,7 @@ def test_a_robot_that_was_away_is_followed_again(running: Running) -> None:
 
 
 def supervised(running: Running, name: str) -> dict[str, str]:
-    """What `bpc live` last said of one of its nodes on /diagnostics."""
+    """Return what `bpc live` last said of one of its nodes on /diagnostics."""
     found = [status for message in running.listener.heard['/diagnostics']
              for status in message.status if status.name == f'supervisor: {name}']
     return {value.key: value.value for value in found[-1].values} if found else {}
@@ -290,12 +306,12 @@ def test_a_node_that_was_killed_goes_on_with_the_same_print(running: Running,
     listener.wait(lambda: supervised(running, name)['deaths'] != before['deaths']
                   and supervised(running, name)['pid'] != before['pid'], running.nodes)
     assert 'ended with status -9' in supervised(running, name)['last death']
-    # The robot still moves its tip a little, or not at all: of the print nothing is lost.
+    # The robot moves its tip little or not at all now: nothing of the print is lost.
     killed_ns = time.time_ns()
     listener.wait(lambda: stamp_to_ns(listener.profiles[-1].header.stamp) > killed_ns,
                   running.nodes)
     profile = listener.profiles[-1]
     assert profile.print_id == known.print_id
-    # Whether the nozzle was lifting at the last point, only what came behind it tells.
+    # Only later points tell whether the nozzle was lifting at the last point.
     settled = known.arc_length[:-1]
     assert profile.arc_length[:len(settled)] == settled

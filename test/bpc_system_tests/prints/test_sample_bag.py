@@ -1,4 +1,4 @@
-"""The sample bag: a recording as others read it, and a print of known truth."""
+"""The sample bag: another library reads it, and its print has a known truth."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from bpc_perception.recording.inputs import load
 from bpc_perception.recording.offline import measure_bag
 from bpc_sim.printer.scenarios import spiral_gaps
 from bpc_system_tests.parts.command_line import SAMPLE
-from bpc_system_tests.parts.truth_of_prints import (
+from bpc_system_tests.parts.print_comparison import (
     compare,
     Comparison,
     expect_the_truth,
-    MM,
+    MILLIMETRE_M,
     pixel_size,
 )
 
@@ -31,7 +31,7 @@ JOB = spiral_gaps()
 
 @pytest.fixture(scope='module')
 def profiles() -> list[ThicknessProfile]:
-    """What is measured in each capture."""
+    """The profile of each capture."""
     given = load(SAMPLE, None, None)
     results = list(measure_bag(given.bag, given.hand_eye, given.thickness, given.recorder))
     assert all(result.profile is not None for result in results)
@@ -40,7 +40,7 @@ def profiles() -> list[ThicknessProfile]:
 
 @pytest.fixture(scope='module')
 def final(profiles: list[ThicknessProfile]) -> Comparison:
-    """The profile of the complete print beside the truth."""
+    """The profile of the complete print, compared with the truth."""
     return compare(profiles[-1], JOB)
 
 
@@ -79,19 +79,19 @@ def test_gaps_lie_where_no_ink_came(profiles: list[ThicknessProfile]) -> None:
     planned, faults = JOB.commanded.gaps.tolist(), JOB.faults.tolist()
     wanted = np.array(sorted(planned + faults))
     assert len(wanted) == 3
-    # To half the spacing of the path at either side, a pixel, and what smoothing takes off.
-    assert profiles[-1].gaps == pytest.approx(wanted, abs=0.5 * MM)
+    # Within half the spacing of the path at each side, a pixel, and the effect of smoothing.
+    assert profiles[-1].gaps == pytest.approx(wanted, abs=0.5 * MILLIMETRE_M)
 
 
 @pytest.mark.accuracy
 def test_fault_is_told_from_the_gaps_that_were_planned(final: Comparison) -> None:
     for start, end in JOB.commanded.gaps:
-        inside = (final.s > start + MM) & (final.s < end - MM)
+        inside = (final.s > start + MILLIMETRE_M) & (final.s < end - MILLIMETRE_M)
         assert inside.sum() > 10
         assert final.gap[inside].all()
         assert not final.profile.extruding[inside].any()
     for start, end in JOB.faults:
-        inside = (final.s > start + MM) & (final.s < end - MM)
+        inside = (final.s > start + MILLIMETRE_M) & (final.s < end - MILLIMETRE_M)
         assert inside.sum() > 5
         assert final.gap[inside].all()
         assert final.profile.extruding[inside].all()
@@ -100,12 +100,12 @@ def test_fault_is_told_from_the_gaps_that_were_planned(final: Comparison) -> Non
 
 @pytest.mark.accuracy
 def test_what_is_measured_early_is_right_too(profiles: list[ThicknessProfile]) -> None:
-    # The nozzle is in view, so less is known; what is known has to hold.
+    # The nozzle is in view, so less is known; but that has to be right.
     pixel = pixel_size(JOB)
     for profile in profiles[:-1]:
         early = compare(profile, JOB)
-        # Nothing more than the deposit's end, at the nozzle, differs from the complete print.
-        clear = (early.from_end > 2 * pixel) & (early.s < early.s.max() - 2 * MM)
+        # Only the end of the deposit, at the nozzle, differs from the complete print.
+        clear = (early.from_end > 2 * pixel) & (early.s < early.s.max() - 2 * MILLIMETRE_M)
         measured = clear & early.measured
         assert measured.sum() > 0.5 * clear.sum()
         assert not (measured & (early.width == 0)).any()
@@ -119,10 +119,11 @@ def test_files_say_what_was_measured(profiles: list[ThicknessProfile],
     with (measured_sample / 'profile.csv').open(newline='') as file:
         rows = list(csv.DictReader(file))
     last = profiles[-1]
-    thickness = np.array([float(row['thickness_mm'] or 'nan') for row in rows]) * MM
+    thickness = np.array([float(row['thickness_mm'] or 'nan') for row in rows]) * MILLIMETRE_M
     assert thickness == pytest.approx(last.thickness, rel=1e-12, nan_ok=True)
     summary = json.loads((measured_sample / 'summary.json').read_text())
     counted = [sum(capture['counts'].values()) for capture in summary['captures']]
     assert counted == [len(profile) for profile in profiles]
     assert counted == sorted(counted)
-    assert [gap['start_mm'] * MM for gap in summary['gaps']] == pytest.approx(last.gaps[:, 0])
+    starts = [gap['start_mm'] * MILLIMETRE_M for gap in summary['gaps']]
+    assert starts == pytest.approx(last.gaps[:, 0])

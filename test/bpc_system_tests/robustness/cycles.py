@@ -1,16 +1,17 @@
 """Starts and stops the whole suite many times, and looks for what is left behind.
 
-``python -m bpc_system_tests.robustness.cycles --count 200``: in turn the synthetic printer, a live
-run with another process as camera, and a recorder are started together, and ended by SIGINT or
-SIGTERM at a random moment of their first seconds; each tenth time a node is killed before.
-Whatever is left then of processes, shared memory, temporary files and logs is named, and counts as
-a failure.
+``python -m bpc_system_tests.robustness.cycles --count 200``: in each cycle the synthetic printer,
+a live run with another process as camera, and a recorder start together. They are ended by SIGINT
+or SIGTERM at a random moment of their first seconds; in each tenth cycle a node is killed before.
+Whatever is left of processes, shared memory, temporary files and logs is named, and counts as a
+failure.
 """
 
 from __future__ import annotations
 
 import argparse
 from contextlib import ExitStack
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import random
@@ -31,15 +32,31 @@ from bpc_perception.runtime.transport.shared_memory import (
     unused,
     used_by,
 )
+from bpc_system_tests.parts.command_line import SAMPLE
 from bpc_system_tests.parts.process_tree import alive, descendants
 
-SAMPLE = Path(__file__).resolve().parents[3] / 'bags' / 'spiral_gaps'
-LONGEST = 8.0  # in which the suite is ended at a random moment [s]
-PATIENCE = 20.0  # until it counts as one that does not end [s]
+RUN_TIME_S = (0.2, 8.0)  # shortest and longest, before the suite is ended
+PAUSE_AFTER_KILL_S = (0.0, 2.0)
+PATIENCE_S = 20.0  # until a process counts as one that does not end
+KILL_PERIOD = 10  # a node is killed in each tenth cycle
+PROGRAMS = ('sim', 'live', 'record')
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """How a cycle ended.
+
+    Attributes:
+        took: how long the suite took to end [s].
+        faults: what went wrong or was left, in words.
+    """
+
+    took: float
+    faults: list[str]
 
 
 def environment(folder: Path, domain: int) -> dict[str, str]:
-    """The variables of one cycle: whatever it leaves, it leaves in the folder."""
+    """Return the variables of one cycle: all that it leaves is in the folder."""
     return os.environ | {
         'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'TMPDIR': str(folder / 'tmp'), 'ROS_LOG_DIR': str(folder / 'logs'),
@@ -47,7 +64,7 @@ def environment(folder: Path, domain: int) -> dict[str, str]:
 
 
 def commands(folder: Path) -> list[list[str]]:
-    """A printer, what measures it live, and a recorder."""
+    """Return the commands of a printer, of a live run, and of a recorder."""
     settings = folder / 'cell.yaml'
     settings.write_text(yaml.safe_dump({'path_recorder': {'ros__parameters': {
         'nozzle_offset': [0.0, 0.0, 0.15]}}}))
@@ -58,53 +75,82 @@ def commands(folder: Path) -> list[list[str]]:
         [*bpc, 'record', '--out', str(folder / 'recorded')]]
 
 
-def cycle(number: int, domain: int, chance: random.Random) -> tuple[float, list[str]]:
-    """Start and stop all once; how long they took to end [s], and what is amiss."""
-    amiss: list[str] = []
+def run_cycle(number: int, domain: int, chance: random.Random) -> Cycle:
+    """Start and stop the suite once, and look for what is left."""
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
         folder = Path(name)
         (folder / 'tmp').mkdir()
-        shared = {file.name for file in SHARED_MEMORY.iterdir()}  # ports that were there before
+        shared_before = {file.name for file in SHARED_MEMORY.iterdir()}
         suite = [stack.enter_context(subprocess.Popen(
             line, env=environment(folder, domain), stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True))
             for line in commands(folder)]
-        time.sleep(chance.uniform(0.2, LONGEST))
-        nodes = descendants(process.pid for process in suite)
-        used = set().union(*map(used_by, [*nodes, *(process.pid for process in suite)]))
-        killed = bool(nodes) and number % 10 == 9
+        programs = [process.pid for process in suite]
+        time.sleep(chance.uniform(*RUN_TIME_S))
+        nodes = descendants(programs)
+        used = set().union(*map(used_by, [*nodes, *programs]))
+        killed = bool(nodes) and number % KILL_PERIOD == KILL_PERIOD - 1
         if killed:
             os.kill(chance.choice(nodes), signal.SIGKILL)
-            time.sleep(chance.uniform(0.0, 2.0))
-            nodes = sorted({*nodes, *descendants(process.pid for process in suite)})
-        told, begun = chance.choice((signal.SIGINT, signal.SIGTERM)), time.monotonic()
-        for process in suite:
-            process.send_signal(told)
-        for process, what in zip(suite, ('sim', 'live', 'record'), strict=True):
-            try:
-                _, complaints = process.communicate(timeout=PATIENCE)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                amiss.append(f'{what} did not end')
-                continue
-            if 'Traceback' in complaints:
-                amiss.append(f'{what}: {complaints.strip().splitlines()[-1]}')
+            time.sleep(chance.uniform(*PAUSE_AFTER_KILL_S))
+            nodes = sorted({*nodes, *descendants(programs)})
+        order, begun = chance.choice((signal.SIGINT, signal.SIGTERM)), time.monotonic()
+        faults = end_suite(suite, order)
         took = time.monotonic() - begun
-        amiss += [f'process {pid}' for pid in nodes if alive(pid)]
+        faults += [f'process {pid}' for pid in nodes if alive(pid)]
         if killed:
             time.sleep(SETTLED)
             clean()  # as the next start does
-        amiss += [str(file) for file in unused(settled=0.0)
-                  if (match := NAME.search(file.name)) and match[1] in used - shared]
-        amiss += [str(file) for file in SHARED_MEMORY.iterdir()
-                  if file.name not in shared and 'fastrtps' not in file.name]
-        amiss += [f'{file.relative_to(folder)} ({told.name})' for part in ('tmp', 'logs')
-                  for file in (folder / part).rglob('*') if not killed]
-        amiss += [str(file.relative_to(folder)) for file in (folder / 'state').rglob('*.tmp')]
-        recorded = folder / 'recorded'
-        if recorded.exists() and not (recorded / 'metadata.yaml').exists() and not killed:
-            amiss.append('a recording without metadata.yaml')
-    return took, amiss
+        faults += left_in_shared_memory(used, shared_before)
+        faults += left_in_folder(folder, order, killed)
+    return Cycle(took, faults)
+
+
+def end_suite(suite: list[subprocess.Popen[str]], order: signal.Signals) -> list[str]:
+    """Send a signal to all processes, and wait for their end; return what went wrong."""
+    faults = []
+    for process in suite:
+        process.send_signal(order)
+    for process, name in zip(suite, PROGRAMS, strict=True):
+        try:
+            _, complaints = process.communicate(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            faults.append(f'{name} did not end')
+            continue
+        if 'Traceback' in complaints:
+            faults.append(f'{name}: {complaints.strip().splitlines()[-1]}')
+    return faults
+
+
+def left_in_shared_memory(used: set[str], before: set[str]) -> list[str]:
+    """Return the files in shared memory that a cycle left.
+
+    Args:
+        used: names of the segments that the suite used.
+        before: names of the files that were there before.
+    """
+    left = [str(file) for file in unused(settled=0.0)
+            if (match := NAME.search(file.name)) and match[1] in used - before]
+    left += [str(file) for file in SHARED_MEMORY.iterdir()
+             if file.name not in before and 'fastrtps' not in file.name]
+    return left
+
+
+def left_in_folder(folder: Path, order: signal.Signals, killed: bool) -> list[str]:
+    """Return the temporary files, logs and torn recordings that a cycle left.
+
+    Where a node was killed, some of that is allowed.
+    """
+    left = [str(file.relative_to(folder)) for file in (folder / 'state').rglob('*.tmp')]
+    if killed:
+        return left
+    left += [f'{file.relative_to(folder)} ({order.name})' for part in ('tmp', 'logs')
+             for file in (folder / part).rglob('*')]
+    recorded = folder / 'recorded'
+    if recorded.exists() and not (recorded / 'metadata.yaml').exists():
+        left.append('a recording without metadata.yaml')
+    return left
 
 
 def main() -> None:
@@ -118,11 +164,11 @@ def main() -> None:
     times, failed = [], 0
     for number in range(given.count):
         with free_domain() as domain:
-            took, amiss = cycle(number, domain, chance)
-        times.append(took)
-        failed += bool(amiss)
-        print(f'{number}: ended in {took:.2f} s; left: {", ".join(amiss) or "nothing"}',
-              flush=True)
+            cycle = run_cycle(number, domain, chance)
+        times.append(cycle.took)
+        failed += bool(cycle.faults)
+        print(f'{number}: ended in {cycle.took:.2f} s; '
+              f'left: {", ".join(cycle.faults) or "nothing"}', flush=True)
     ordered = sorted(times)
     print(f'{given.count} cycles, seed {given.seed}: {failed} left something; ended in '
           f'{ordered[len(ordered) // 2]:.2f} s in the median, {ordered[-1]:.2f} s at most')

@@ -1,9 +1,9 @@
-"""How soon faults are seen and over, in a live print with every node a process.
+"""How soon faults are seen and over, in a live print where every node is a process.
 
 ``python -m bpc_system_tests.robustness.fault_times --count 10``, in the folder ``test``: the robot
-is killed, then nodes of ``bpc live`` are, again and again. Printed are the times from the kill
-until /diagnostics says so, and until a capture taken after it is measured, as the live view hears
-it.
+is killed, then nodes of ``bpc live`` are, again and again. The program prints the time from the
+kill until /diagnostics reports it, and until a capture taken after it is measured, as the live
+view hears it.
 """
 
 from __future__ import annotations
@@ -20,25 +20,26 @@ import tempfile
 import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
-import yaml
 
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.transport.dds_profiles import choose_profile, receive_profile
 from bpc_sim.printer.scenarios import SCENARIOS
+from bpc_sim.printer.settings import SettingsFiles, write_settings
 from bpc_system_tests.parts.command_line import command
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain, start_delay
 
-SCENARIO, SPEED, TARGET = 'spiral_gaps', 0.0005, 2e-3  # a print of six minutes
-CAMERA_RATE = 2.0  # [Hz]
-REST = 35.0  # between two deaths: three in a minute would end it all [s]
+SCENARIO, SPEED_M_PER_S, TARGET_M = 'spiral_gaps', 0.0005, 2e-3  # a print of six minutes
+CAMERA_RATE_HZ = 2.0
+REST_S = 35.0  # between two kills of a node: three in a minute would end `bpc live`
+SUPERVISED = ('thickness', 'path_recorder')  # killed in turn
 
 
 @contextmanager
-def live(folder: Path, calibration: Path, settings: Path) -> Iterator[None]:
-    """``bpc live`` while the block runs."""
+def live(folder: Path, settings: SettingsFiles) -> Iterator[None]:
+    """Run ``bpc live`` during the block."""
     with (folder / 'live.log').open('w') as log, subprocess.Popen(
-            command('live', '--handeye', calibration, '--params', settings),
+            command('live', '--handeye', settings.hand_eye, '--params', settings.parameters),
             stdin=subprocess.DEVNULL, stdout=log, stderr=log,
             env=os.environ | {'XDG_STATE_HOME': str(folder)}) as process:
         try:
@@ -48,40 +49,40 @@ def live(folder: Path, calibration: Path, settings: Path) -> Iterator[None]:
             process.wait(20)
 
 
-class Clock:
-    """Takes the time until the listener has heard something."""
+class Stopwatch:
+    """Takes the time from a kill until the listener has heard something."""
 
     def __init__(self, listener: Listener) -> None:
         self._listener = listener
         self._begun = 0.0
 
     def kill(self, pid: int) -> None:
-        """From now on."""
+        """Kill a process, and start the time."""
         self._listener.heard['/diagnostics'].clear()
         self._begun = time.monotonic()
         os.kill(pid, signal.SIGKILL)
 
     def until(self, condition: Callable[[], bool]) -> float:
-        """Seconds since the kill when it holds."""
+        """Wait for a condition; return the time since the kill [s]."""
         self._listener.wait(condition)
         return time.monotonic() - self._begun
 
-    def until_said(self, name: str, level: bytes) -> float:
-        """Seconds since the kill when a status of this name has this level, or a worse one."""
+    def until_reported(self, name: str) -> float:
+        """Wait until the status of a name is a warning or worse; return the time [s]."""
         return self.until(lambda: any(
-            status.name == name and DiagnosticStatus.WARN <= level <= status.level
+            status.name == name and status.level >= DiagnosticStatus.WARN
             and status.level != DiagnosticStatus.STALE
             for message in self._listener.heard['/diagnostics'] for status in message.status))
 
     def until_measured(self) -> float:
-        """Seconds since the kill when a capture taken after it is measured."""
+        """Wait until a capture taken from now on is measured; return the time [s]."""
         now_ns = time.time_ns()
         return self.until(lambda: any(stamp_to_ns(profile.header.stamp) > now_ns
                                       for profile in self._listener.profiles[-3:]))
 
 
 def pid_of(listener: Listener, name: str) -> int:
-    """The process id that the supervisor tells of a node."""
+    """Return the process id that the supervisor reports of a node."""
     def found() -> list[str]:
         return [value.value for message in listener.heard['/diagnostics']
                 for status in message.status
@@ -92,47 +93,56 @@ def pid_of(listener: Listener, name: str) -> int:
     return int(found()[-1])
 
 
+@contextmanager
+def running_print(listener: Listener, folder: Path) -> Iterator[Nodes]:
+    """Run a print with ``bpc live``, robot, extruder and camera; wait for its first profiles."""
+    settings = write_settings(SCENARIOS[SCENARIO](SPEED_M_PER_S), TARGET_M, folder)
+    with live(folder, settings), Nodes(settings.parameters) as nodes:
+        begun = time.monotonic()
+        pid_of(listener, 'thickness')
+        start_ns = time.time_ns() + round(start_delay(time.monotonic() - begun) * 1e9)
+        common = {'scenario': SCENARIO, 'speed': SPEED_M_PER_S, 'start_time_ns': start_ns}
+        nodes.start('bpc_sim.nodes.robot', **common)
+        nodes.start('bpc_sim.nodes.extruder', **common)
+        nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic',
+                    rate=CAMERA_RATE_HZ, **common)
+        listener.wait(lambda: len(listener.profiles) > 3)
+        yield nodes
+
+
+def take_times(listener: Listener, nodes: Nodes, count: int) -> dict[str, list[float]]:
+    """Kill the robot and a node of ``bpc live`` in turn; return the times [s] by fault."""
+    times: dict[str, list[float]] = {}
+    stopwatch = Stopwatch(listener)
+    for number in range(count):
+        rested = time.monotonic() + REST_S
+        node = SUPERVISED[number % len(SUPERVISED)]
+        node_pid = pid_of(listener, node)
+        stopwatch.kill(nodes.pid('robot'))
+        times.setdefault('robot killed: said', []).append(
+            stopwatch.until_reported('path_recorder'))
+        nodes.start_again('robot')
+        times.setdefault('robot killed: measured again', []).append(stopwatch.until_measured())
+
+        stopwatch.kill(node_pid)
+        times.setdefault(f'{node} killed: said', []).append(
+            stopwatch.until_reported(f'supervisor: {node}'))
+        times.setdefault(f'{node} killed: measured again', []).append(stopwatch.until_measured())
+        listener.wait(lambda rested=rested: time.monotonic() > rested)
+    return times
+
+
 def main() -> None:
-    """Kill and take the time."""
+    """Kill processes, take the times, and print them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--count', type=int, default=10)
     count = parser.parse_args().count
-    job = SCENARIOS[SCENARIO](SPEED)
-    times: dict[str, list[float]] = {}
     choose_profile()
     with tempfile.TemporaryDirectory() as name, own_domain() as domain, ExitStack() as stack:
         with receive_profile(large_messages=False):
             listener = stack.enter_context(listening(domain))
-        folder = Path(name)
-        calibration, settings = folder / 'cell.calib', folder / 'cell.yaml'
-        calibration.write_text(yaml.safe_dump(hand_eye_calibration(job)))
-        settings.write_text(yaml.safe_dump(node_parameters(job, TARGET)))
-        with live(folder, calibration, settings), Nodes(settings) as nodes:
-            begun = time.monotonic()
-            pid_of(listener, 'thickness')
-            start_ns = time.time_ns() + round(start_delay(time.monotonic() - begun) * 1e9)
-            common = {'scenario': SCENARIO, 'speed': SPEED, 'start_time_ns': start_ns}
-            nodes.start('bpc_sim.nodes.robot', **common)
-            nodes.start('bpc_sim.nodes.extruder', **common)
-            nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic',
-                        rate=CAMERA_RATE, **common)
-            listener.wait(lambda: len(listener.profiles) > 3)
-            clock = Clock(listener)
-            for number in range(count):
-                rested = time.monotonic() + REST
-                for fault, victim in (
-                        ('robot', nodes.pid('robot')),
-                        (watched := ('thickness', 'path_recorder')[number % 2],
-                         pid_of(listener, watched))):
-                    clock.kill(victim)
-                    said = clock.until_said('path_recorder' if fault == 'robot'
-                                            else f'supervisor: {fault}', DiagnosticStatus.WARN)
-                    times.setdefault(f'{fault} killed: said', []).append(said)
-                    if fault == 'robot':
-                        nodes.start_again('robot')
-                    times.setdefault(f'{fault} killed: measured again', []).append(
-                        clock.until_measured())
-                listener.wait(lambda rested=rested: time.monotonic() > rested)
+        nodes = stack.enter_context(running_print(listener, Path(name)))
+        times = take_times(listener, nodes, count)
     for what, taken in times.items():
         print(f'{what}: {statistics.median(taken):.2f} s in the median, {max(taken):.2f} s at '
               f'most of {len(taken)}')

@@ -1,8 +1,8 @@
 """A fuzzer with a fixed corpus: input n of a seed is always the same.
 
-As a script: ``python -m bpc_system_tests.robustness.fuzz --executions 1000000 --seed 1``, or
-guided by coverage where atheris is installed: ``... --guided bag``. Each target runs in a process
-of its own, so that one that dies or hangs is told, with the number of the input.
+As a script: ``python -m bpc_system_tests.robustness.fuzz --executions 1000000 --seed 1``; or
+guided by coverage where atheris is installed: ``... --guided bag``. Each target runs in its own
+process, so that a target that dies or hangs is reported with the number of the input.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ import time
 import traceback
 from typing import Any
 
-PATIENCE = 30.0  # for one input [s]
-MEMORY = 256e6  # beyond what reading the seeds takes [bytes]
+PATIENCE_S = 30.0  # for one input
+MAX_GROWTH_BYTES = 256e6  # of memory, beyond what reading the seeds takes
 NUMBERS = (0, 1, -1, 7, 255, 2**15, 2**16, 2**31 - 1, 2**31, 2**32 - 1, 2**60, 2**63 - 1)
 WORDS = (b'.nan', b'.inf', b'1e999', b'-0', b'[]', b'{}', b'&a ', b'*a', b'[*a, *a]',
          b'!!python/object/apply:os.system [id]', b'!!binary x', b'!!set {}', b'2024-99-99',
@@ -35,7 +35,13 @@ WORDS = (b'.nan', b'.inf', b'1e999', b'-0', b'[]', b'{}', b'&a ', b'*a', b'[*a, 
 
 
 def spoil(seeds: list[bytes], text: bool, chance: random.Random) -> bytes:
-    """A spoiled copy of one of the seeds."""
+    """Return a spoiled copy of one of the seeds.
+
+    Args:
+        seeds: good inputs.
+        text: whether to insert words instead of numbers.
+        chance: source of all choices.
+    """
     data = bytearray(chance.choice(seeds))
     for _ in range(chance.choice((1, 1, 1, 2, 3, 8))):
         place = chance.randrange(len(data) + 1)
@@ -64,12 +70,16 @@ def spoil(seeds: list[bytes], text: bool, chance: random.Random) -> bytes:
 
 
 def input_of(target: Any, seed: int, number: int) -> bytes:
-    """Input of this number."""
+    """Return the input of a number."""
     return spoil(target.seeds, target.text, random.Random(seed << 32 | number))
 
 
 def execute(target: Any, data: bytes) -> bool:
-    """Read one input; whether it was accepted. Raises what the target should not have raised."""
+    """Read one input; tell whether it was accepted.
+
+    Raises:
+        Exception: whatever the target should not have raised.
+    """
     try:
         target.run(data)
     except target.refused:
@@ -78,11 +88,11 @@ def execute(target: Any, data: bytes) -> bool:
 
 
 def fuzz(name: str, seed: int, executions: int, progress: Any, outcome: Any) -> None:
-    """Run a target, in a process of its own; say what came of it."""
-    from bpc_system_tests.robustness.fuzz_targets import targets
+    """Run a target in this process, and put the result into ``outcome``."""
+    from bpc_system_tests.robustness.fuzz_targets.targets import targets
 
     logging.disable(logging.CRITICAL)
-    # Fast CDR writes of each sequence that is too long on the standard error.
+    # Fast CDR reports each sequence that is too long on stderr.
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     counts: Counter[str] = Counter()
     with tempfile.TemporaryDirectory(dir='/dev/shm') as folder:
@@ -100,13 +110,13 @@ def fuzz(name: str, seed: int, executions: int, progress: Any, outcome: Any) -> 
                              + traceback.format_exc(limit=-4)))
                 return
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
-    problem = f'memory grew by {grown / 1e6:.0f} MB' if grown > MEMORY else ''
+    problem = f'memory grew by {grown / 1e6:.0f} MB' if grown > MAX_GROWTH_BYTES else ''
     counts['peak memory above seeds, MB'] = round(grown / 1e6)
     outcome.put((name, dict(counts), problem))
 
 
 def run(name: str, seed: int, executions: int) -> tuple[dict[str, int], str]:
-    """Fuzz a target; counts of what became of the inputs, and the problem, if there was one."""
+    """Fuzz a target in its own process; return counts of the results, and the problem if any."""
     context = multiprocessing.get_context('fork')
     progress = mmap.mmap(-1, 8)
     outcome = context.Queue()
@@ -117,12 +127,12 @@ def run(name: str, seed: int, executions: int) -> tuple[dict[str, int], str]:
         number = struct.unpack_from('<Q', progress)[0]
         if number != last:
             last, since = number, time.monotonic()
-        elif time.monotonic() - since > PATIENCE:
+        elif time.monotonic() - since > PATIENCE_S:
             process.kill()
         process.join(0.05)
     try:
         _, counts, problem = outcome.get(timeout=1.0)
-    except Exception:  # nothing was said
+    except Exception:  # the process died without a result
         counts, problem = {}, (f'died with {process.exitcode} at input '
                                f'{struct.unpack_from("<Q", progress)[0]} of seed {seed}')
     process.join()
@@ -130,10 +140,10 @@ def run(name: str, seed: int, executions: int) -> tuple[dict[str, int], str]:
 
 
 def guided(name: str, arguments: list[str]) -> None:
-    """Let atheris choose the inputs by what code they reach; ends with its own report."""
-    atheris = import_module('atheris')  # of those who have it
+    """Let atheris choose the inputs by the code that they reach; it ends with its own report."""
+    atheris = import_module('atheris')  # optional, not installed by ./bpc
     with atheris.instrument_imports(include=['bpc_perception', 'mcap', 'yaml', 'ticlib']):
-        from bpc_system_tests.robustness.fuzz_targets import targets
+        from bpc_system_tests.robustness.fuzz_targets.targets import targets
     logging.disable(logging.CRITICAL)
     with tempfile.TemporaryDirectory(dir='/dev/shm') as folder:
         target = targets(Path(folder))[name]
@@ -147,7 +157,7 @@ def guided(name: str, arguments: list[str]) -> None:
 
 
 def main() -> None:
-    """Fuzz all targets, the cheap ones more, and print the figures."""
+    """Fuzz all targets, fast ones with more inputs, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--executions', type=int, default=1_000_000)
     parser.add_argument('--seed', type=int, default=1)
@@ -157,7 +167,7 @@ def main() -> None:
     if given.guided:
         guided(given.guided, others)
         return
-    from bpc_system_tests.robustness.fuzz_targets import targets
+    from bpc_system_tests.robustness.fuzz_targets.targets import targets
 
     with tempfile.TemporaryDirectory(dir='/dev/shm') as folder:
         costs = {name: target.cost for name, target in targets(Path(folder)).items()

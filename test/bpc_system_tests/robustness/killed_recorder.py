@@ -1,4 +1,4 @@
-"""Recorders killed at random moments, and what they leave: poses, captures.
+"""Recorders killed at random moments, and the poses and captures that they leave.
 
 As a script, on full captures: ``python -m bpc_system_tests.robustness.killed_recorder --kills 100
 --seed 1``.
@@ -28,16 +28,16 @@ from bpc_perception.recording import mcap_file
 from bpc_perception.recording.bag import Bag
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_perception.runtime.transport.dds_profiles import choose_profile
-from bpc_system_tests.parts.command_line import PATIENCE, ROOT, running
+from bpc_system_tests.parts.command_line import PATIENCE_S, ROOT, running
 from bpc_system_tests.parts.ros_graph import own_domain
 
 READER = ROOT / 'test' / 'mcap_reader'
-POSE_RATE, CAPTURE_PERIOD = 500, 0.5  # [Hz], [s]
-KILLED = (0.2, 2.0)  # between these, once all record [s]
-POSES_LOST = 0.5  # at most [s]
-# A capture is finished when its last message was sent this long ago [s]; its first may be
-# under way for a tenth of a second, and more on a busy machine.
-UNDER_WAY = 0.5
+POSE_RATE_HZ, CAPTURE_PERIOD_S = 500, 0.5
+KILL_TIMES_S = (0.2, 2.0)  # earliest and latest, after all record
+MAX_POSES_LOST_S = 0.5
+# A capture counts as finished this long after its last message was sent; a message may be under
+# way for a tenth of a second, and longer on a busy machine.
+UNDER_WAY_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Remains:
     Attributes:
         bag: the folder.
         poses_lost: time from the last pose on disk to the kill [s].
-        frames: captures that are whole on disk.
-        frames_lost: captures finished before the kill that are not.
-        holes: poses missing among those on disk, which best effort did not bring.
+        frames: captures that are complete on disk.
+        frames_lost: captures that were finished before the kill but are not complete.
+        holes: poses missing between those on disk, lost by best effort.
     """
 
     bag: Path
@@ -59,7 +59,7 @@ class Remains:
     holes: int
 
 
-class Printer:
+class NumberedPrinter:
     """Sends poses and captures whose stamps are their numbers."""
 
     def __init__(self, node: Node, width: int, height: int) -> None:
@@ -75,46 +75,46 @@ class Printer:
         self._messages = capture_to_messages(capture)
 
     def send_pose(self) -> None:
-        """The next pose."""
+        """Send the next pose."""
         message = PoseStamped()
         message.header.stamp.sec = len(self.poses_sent)
         self._poses.publish(message)
         self.poses_sent.append(time.monotonic())
 
     def send_frame(self) -> None:
-        """The next capture."""
+        """Send the next capture."""
         for publisher, message in zip(self._camera, self._messages, strict=True):
             message.header.stamp.sec = len(self.frames_sent)
             publisher.publish(message)
         self.frames_sent.append(time.monotonic())
 
     def run(self, end: float) -> None:
-        """Send at full rate until this time."""
+        """Send at full rate until a monotonic time [s]."""
         begin, poses, frames = time.monotonic(), 0, 0
         while (now := time.monotonic()) < end:
-            if now - begin >= frames * CAPTURE_PERIOD:
+            if now - begin >= frames * CAPTURE_PERIOD_S:
                 frames += 1
                 self.send_frame()
-            elif now - begin >= poses / POSE_RATE:
+            elif now - begin >= poses / POSE_RATE_HZ:
                 poses += 1
                 self.send_pose()
             else:
-                time.sleep(0.2 / POSE_RATE)
+                time.sleep(0.2 / POSE_RATE_HZ)
 
 
 def kill_recorders(folder: Path, domain: int, moments: list[float], width: int,
                    height: int) -> list[Remains]:
-    """Kill a recorder at each of these moments, once all record [s]; what they leave."""
+    """Kill a recorder at each of these times [s] after all record; return what they leave."""
     bags = [folder / f'killed_{number}' for number in range(len(moments))]
     killed_at: dict[int, float] = {}
     graph = Graph(domain)
     try:
-        printer = Printer(graph.make(Node, 'printer'), width, height)
+        printer = NumberedPrinter(graph.make(Node, 'printer'), width, height)
         with ExitStack() as stack:
             recorders = [stack.enter_context(running('record', '--out', bag)) for bag in bags]
             while not all(map(all_topics_recorded, bags)):
                 assert all(recorder.poll() is None for recorder in recorders)
-                printer.run(time.monotonic() + CAPTURE_PERIOD)
+                printer.run(time.monotonic() + CAPTURE_PERIOD_S)
             first = len(printer.frames_sent)
 
             def kill(number: int) -> None:
@@ -128,48 +128,49 @@ def kill_recorders(folder: Path, domain: int, moments: list[float], width: int,
             printer.run(time.monotonic() + max(moments) + 0.1)
     finally:
         graph.close()
-    return [remains(bag, printer, first, killed_at[number]) for number, bag in enumerate(bags)]
+    return [find_remains(bag, printer, first, killed_at[number])
+            for number, bag in enumerate(bags)]
 
 
 def all_topics_recorded(bag: Path) -> bool:
-    """Whether a recorder has heard poses and camera."""
+    """Tell whether a recorder has recorded poses and captures."""
     try:
         found = {message.topic for file in Bag(bag).files for message in mcap_file.messages(file)}
-    except ValueError:  # nothing there yet
+    except ValueError:  # there is no file yet
         return False
     return found >= {f'/{name}' for name in (topics.POSE, *topics.CAMERA)}
 
 
-def remains(bag: Path, printer: Printer, first: int, killed_at: float) -> Remains:
-    """What a bag holds, against what was sent from this capture on."""
+def find_remains(bag: Path, printer: NumberedPrinter, first: int, killed_at: float) -> Remains:
+    """Compare a bag with what was sent, from a capture number on."""
     numbers: dict[str, list[int]] = {f'/{name}': [] for name in (topics.POSE, *topics.CAMERA)}
     for topic, _, message in Bag(bag).messages(set(numbers)):
         numbers[topic].append(message.header.stamp.sec)
     poses = numbers.pop(f'/{topics.POSE}')
     frames = set.intersection(*map(set, numbers.values()))
     finished = {number for number, sent in enumerate(printer.frames_sent)
-                if number >= first and sent < killed_at - UNDER_WAY}
+                if number >= first and sent < killed_at - UNDER_WAY_S}
     sent = [moment for moment in printer.poses_sent if moment < killed_at]
     return Remains(bag, sent[-1] - printer.poses_sent[poses[-1]], len(frames),
                    len(finished - frames), poses[-1] - poses[0] + 1 - len(poses))
 
 
 def read_by_javascript(file: Path) -> dict[str, dict[str, int] | None]:
-    """Messages of each topic as MCAP's own library for JavaScript finds them."""
+    """Count the messages of each topic with MCAP's own library for JavaScript."""
     ended = subprocess.run(['node', str(READER / 'read.js'), str(file)], capture_output=True,
-                           text=True, timeout=PATIENCE, check=True)
+                           text=True, timeout=PATIENCE_S, check=True)
     counts: dict[str, dict[str, int] | None] = json.loads(ended.stdout)
     return counts
 
 
 def counts(bag: Path) -> dict[str, int]:
-    """Messages of each topic as we find them."""
+    """Count the messages of each topic with our reader."""
     return dict(Counter(message.topic for file in Bag(bag).files
                         for message in mcap_file.messages(file)))
 
 
 def main() -> None:
-    """Kill, print a row a kill, and the worst of all."""
+    """Kill recorders; print a row for each kill, and the worst of all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--kills', type=int, default=100)
     parser.add_argument('--seed', type=int, default=1)
@@ -179,7 +180,7 @@ def main() -> None:
     choose_profile(captures=True)
     rng, rows = np.random.default_rng(given.seed), []
     while len(rows) < given.kills:
-        moments = rng.uniform(*KILLED, given.at_once).tolist()
+        moments = rng.uniform(*KILL_TIMES_S, given.at_once).tolist()
         with tempfile.TemporaryDirectory() as folder, own_domain() as domain:
             for left in kill_recorders(Path(folder), domain, moments, *given.size):
                 agree = read_by_javascript(Bag(left.bag).files[0])['stream'] == counts(left.bag)

@@ -1,7 +1,4 @@
-"""Faults of camera, robot and extruder, as messages that differ from good ones.
-
-A camera fault makes of a good capture what is sent instead.
-"""
+"""Faults of camera, robot and extruder, as changes of good messages."""
 
 from __future__ import annotations
 
@@ -22,16 +19,17 @@ from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.messages import topics
 from bpc_system_tests.parts.spoiled_captures import CHANGES, Messages
 
-NS = 10**9
+NS_PER_S = 10**9
+PADDING_BYTES = 64  # added to each row
 
 
 @dataclass(frozen=True)
 class CameraFault:
-    """What is done to a good capture.
+    """A change of a good capture.
 
     Attributes:
-        change: what becomes of its messages.
-        most: how many captures a receiver may count at most; at least it is one.
+        change: changes its messages.
+        most: how many captures a receiver may count at most; it counts at least one.
     """
 
     change: Callable[[Messages], None]
@@ -39,17 +37,17 @@ class CameraFault:
 
 
 def shifted(seconds: float) -> Callable[[Messages], None]:
-    """The stamps of all three by so much."""
+    """Shift the stamps of all three messages by a time [s]."""
     def change(messages: Messages) -> None:
         for message in messages.values():
-            stamp_ns = message.header.stamp.sec * NS + message.header.stamp.nanosec
-            stamp_ns += round(seconds * NS)
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, NS)
+            stamp_ns = message.header.stamp.sec * NS_PER_S + message.header.stamp.nanosec
+            stamp_ns += round(seconds * NS_PER_S)
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, NS_PER_S)
     return change
 
 
 def without(name: str) -> Callable[[Messages], None]:
-    """One of the three does not come."""
+    """Leave one of the three messages out."""
     def change(messages: Messages) -> None:
         del messages[name]
     return change
@@ -106,8 +104,8 @@ def padded_rows(messages: Messages) -> None:
         message = messages[name]
         old = getattr(message, step)
         rows = np.frombuffer(message.data, np.uint8).reshape(message.height, old)
-        setattr(message, step, old + 64)
-        message.data = array('B', np.pad(rows, ((0, 0), (0, 64))).tobytes())
+        setattr(message, step, old + PADDING_BYTES)
+        message.data = array('B', np.pad(rows, ((0, 0), (0, PADDING_BYTES))).tobytes())
 
 
 def other_field_order(messages: Messages) -> None:
@@ -132,7 +130,7 @@ CAMERA_FAULTS: dict[str, CameraFault] = {
     'absurd point step': CameraFault(absurd_point_step),
     'another frame': CameraFault(another_frame),
     'stamp of the future': CameraFault(shifted(30.0)),
-    # Of these the camera info may be given up before image and cloud come.
+    # With these the camera info may be given up before image and cloud arrive.
     'stamp of the past': CameraFault(shifted(-5.0), 2),
     'stamp of long ago': CameraFault(shifted(-1e6), 2),
     'big endian': CameraFault(big_endian),
@@ -142,14 +140,14 @@ CAMERA_FAULTS: dict[str, CameraFault] = {
 
 
 def spoiled(good: Messages, fault: CameraFault, stamp: Any) -> Messages:
-    """What is sent in place of a good capture at this stamp; large arrays are shared with it."""
+    """Return what is sent in place of a good capture; large arrays are shared with it."""
     changed = stamped(good, stamp)
     fault.change(changed)
     return changed
 
 
 def stamped(good: Messages, stamp: Any) -> Messages:
-    """The messages with a header of their own."""
+    """Return copies of the messages with a new stamp; large arrays are shared."""
     changed = {name: copy(message) for name, message in good.items()}
     for message in changed.values():
         message.header = Header(stamp=copy(stamp), frame_id=message.header.frame_id)

@@ -1,4 +1,4 @@
-"""What cannot be measured is refused by name: recorded, and while a print runs."""
+"""Captures that cannot be measured are refused by name: recorded, and while a print runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.path import path_to_message
 from bpc_perception.messages.stamps import ns_to_stamp, stamp_to_ns
 from bpc_perception.runtime.child_processes import Nodes
-from bpc_sim.printer.recording import START_NS
+from bpc_sim.printer.print_recording import START_NS
 from bpc_sim.printer.scenarios import line
 from bpc_system_tests.parts.command_line import OUTPUTS, refusal, succeed
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain
@@ -34,7 +34,7 @@ pytestmark = [pytest.mark.system, pytest.mark.ros]
 JOB = line(0.025)  # that of the short bag
 SPOILED = [pytest.param(*change, id=name) for name, change in CHANGES.items()]
 
-# Topics that are missing, and what is to be said.
+# Topics that are missing, and the words of the refusal.
 MISSING = {
     'cloud': (['/points/xyzrgba'], 'expected one topic points/xyzrgba (sensor_msgs/msg/'),
     'image': (['/color/image_color'], 'expected one topic color/image_color (sensor_msgs/msg/'),
@@ -86,7 +86,7 @@ def test_camera_in_hand_needs_poses_around_the_capture(short_bag: Path, tmp_path
 
 def test_good_captures_are_measured_beside_a_spoiled_one(short_bag: Path,
                                                         tmp_path: Path) -> None:
-    """The control: what write_spoiled writes can be measured where it changes nothing."""
+    """Control: a recording that write_spoiled copies without a change can be measured."""
     bag = write_spoiled(short_bag, tmp_path / 'bag', change=lambda _: None)
     succeed('measure', bag, '--out', tmp_path / 'out')
     succeed('measure', short_bag, '--out', tmp_path / 'again')
@@ -102,7 +102,7 @@ def between_poses(messages: Messages) -> None:
 
 @dataclass
 class Rig:
-    """A thickness node as a process, with the test for camera, robot and audience."""
+    """A thickness node as a process; the test plays camera and robot, and listens."""
 
     nodes: Nodes
     listener: Listener
@@ -110,28 +110,28 @@ class Rig:
     stamp_ns: int
 
     def show(self, messages: Messages) -> int:
-        """Publish a capture as if it had been taken now, a second after the last; its stamp."""
+        """Publish a capture as if taken a second after the last one; return its stamp [ns]."""
         self.stamp_ns += 10**9
         for name, message in messages.items():
             message.header.stamp = ns_to_stamp(self.stamp_ns)
             self.publishers[name].publish(message)
         return self.stamp_ns
 
-    def tell_path(self) -> None:
+    def publish_path(self) -> None:
         """Publish the path of the complete print."""
         self.publishers[topics.PATH].publish(path_to_message(true_path(), BASE))
 
     def expect_refusal(self) -> str:
-        """Wait for a complaint of the node, which is to have published no result."""
+        """Wait for a warning of the node, which must not have published a result."""
         self.listener.wait(lambda: self.listener.complaints('thickness'), self.nodes)
         assert self.listener.profiles == self.listener.advice == []
         said, = self.listener.complaints('thickness')
         return said
 
     def expect_a_measurement(self, good: Messages) -> None:
-        """Show a good capture; the node, which has to be alive, measures that and no other."""
+        """Publish a good capture; the node must be alive, and measure this capture only."""
         stamp_ns = self.show(spoil(good, lambda _: None))
-        # Of two topics either may come first.
+        # Profile and advice may arrive in any order.
         self.listener.wait(lambda: self.listener.profiles and self.listener.advice, self.nodes)
         profile, = self.listener.profiles
         assert stamp_to_ns(profile.header.stamp) == stamp_ns
@@ -142,7 +142,7 @@ class Rig:
 
 
 def true_path() -> DepositionPath:
-    """The path of the short bag's print, as the path recorder would give it."""
+    """Return the path of the short bag's print, as the path recorder would give it."""
     s = np.arange(0.0, JOB.length, 0.2e-3)
     times = s / JOB.speed
     at = times + JOB.dwell_before
@@ -154,7 +154,7 @@ def true_path() -> DepositionPath:
 
 
 @contextmanager
-def set_up(short_bag: Path) -> Iterator[Rig]:
+def running_rig(short_bag: Path) -> Iterator[Rig]:
     with own_domain() as domain, listening(domain) as listener, Nodes() as nodes:
         qos = dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS) | {topics.PATH: topics.PATH_QOS}
         kinds = topics.CAMERA | topics.RESULTS
@@ -169,14 +169,14 @@ def set_up(short_bag: Path) -> Iterator[Rig]:
 
 @pytest.fixture(scope='module')
 def common_rig(short_bag: Path) -> Iterator[Rig]:
-    with set_up(short_bag) as rig:
-        rig.tell_path()
+    with running_rig(short_bag) as rig:
+        rig.publish_path()
         yield rig
 
 
 @pytest.fixture
 def rig(common_rig: Rig) -> Rig:
-    """One thickness node for all; that it lives on is part of what is tested."""
+    """One thickness node for all tests: that it survives is part of the test."""
     common_rig.listener.forget()
     return common_rig
 
@@ -197,8 +197,8 @@ def test_spoiled_capture_is_refused_and_the_next_measured(
 
 
 def test_capture_without_a_print_is_refused(good: Messages, short_bag: Path) -> None:
-    with set_up(short_bag) as rig:
+    with running_rig(short_bag) as rig:
         rig.show(spoil(good, lambda _: None))
         assert rig.expect_refusal() == 'path: expected a print, found none started'
-        rig.tell_path()
+        rig.publish_path()
         rig.expect_a_measurement(good)

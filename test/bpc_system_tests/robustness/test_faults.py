@@ -1,4 +1,4 @@
-"""The fault table names tests that exist, for every fault."""
+"""The fault table names existing tests for every fault."""
 
 from __future__ import annotations
 

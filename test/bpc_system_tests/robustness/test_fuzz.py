@@ -1,4 +1,4 @@
-"""Spoiled inputs, some hundreds each; the script ``fuzz.py`` does a million."""
+"""Some hundreds of spoiled inputs for each target; the script ``fuzz.py`` tries a million."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import random
 import pytest
 
 from bpc_system_tests.robustness.fuzz import execute, input_of, spoil
-from bpc_system_tests.robustness.fuzz_targets import Target, targets
+from bpc_system_tests.robustness.fuzz_targets.target import Target
+from bpc_system_tests.robustness.fuzz_targets.targets import targets
 
 NAMES = ('bag', 'sqlite bag', 'calibration', 'parameters', 'targets', 'extruder line', 'tic',
          'messages', 'captures')
@@ -18,7 +19,7 @@ EXECUTIONS = 800
 
 @pytest.fixture(scope='module')
 def every_target(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Target]:
-    """All that is fuzzed."""
+    """All targets by name."""
     return targets(tmp_path_factory.mktemp('fuzz'))
 
 
@@ -31,7 +32,7 @@ def test_spoiled_input_is_refused_as_documented(every_target: dict[str, Target],
         assert execute(target, data)
     outcomes = Counter(execute(target, input_of(target, 1, number))
                        for number in range(max(EXECUTIONS // target.cost, 20)))
-    # Or else the inputs are not spoiled, or beyond recognition.
+    # Otherwise the inputs would not be spoiled at all, or beyond recognition.
     if target.refused:
         assert outcomes[True] > 0
         assert outcomes[False] > 0

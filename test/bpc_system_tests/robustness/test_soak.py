@@ -1,8 +1,9 @@
-"""Faults at topic level, for a few seconds; the script ``soak.py`` does the same for long."""
+"""Faults at topic level for a few seconds; the script ``soak.py`` does the same for long."""
 
 from __future__ import annotations
 
-from bpc_system_tests.robustness.soak import growth, Load, NODES, soaking
+from bpc_system_tests.robustness.soak import growth, soaking
+from bpc_system_tests.robustness.soak_printer import Load, NODES
 
 LOAD = Load(full_size=False, capture_rate=8.0, pose_rate=200.0, print_time=30.0,
             camera_faults=0.7, robot_faults=20.0, extruder_faults=5.0, silences=0.5, silence=0.3)

@@ -1,4 +1,4 @@
-"""A page with a printer that it shows and a browser that looks at it."""
+"""A live page, the printer that it shows, and the browser that displays it."""
 
 from __future__ import annotations
 
@@ -24,40 +24,51 @@ from bpc_perception.core.session import Result
 from bpc_perception.page import TOKEN_VARIABLE
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import Graph
-from bpc_system_tests.parts.ros_graph import own_domain, PATIENCE
-from bpc_system_tests.parts.sample_print import Printer, sample_results
+from bpc_system_tests.parts.command_line import PATIENCE_S
+from bpc_system_tests.parts.fake_printer import FakePrinter
+from bpc_system_tests.parts.ros_graph import own_domain
+from bpc_system_tests.parts.sample_print import sample_results
 
 TOKEN = 'a-token-of-the-tests'
 
 
 @dataclass
-class Stage:
-    """A printer, the page that shows it, and who looks at it."""
+class PageUnderTest:
+    """A printer, the page that shows it, and the browser that displays the page.
+
+    Attributes:
+        graph: graph of the printer.
+        printer: publishes the results.
+        nodes: the process of the page.
+        port: port of the page.
+        results: captures of the sample print, measured.
+        driver: the browser.
+    """
 
     graph: Graph
-    printer: Printer
+    printer: FakePrinter
     nodes: Nodes
     port: int
     results: list[Result]
     driver: Chrome
 
     def address(self, token: str | None = TOKEN) -> str:
-        """Of the page."""
+        """Return the address of the page, with a token or without."""
         return f'http://127.0.0.1:{self.port}/' + (f'?token={token}' if token else '')
 
     def wait(self, condition: Callable[[], Any]) -> None:
-        """Spin the printer until the condition holds."""
-        self.graph.spin_until(condition, PATIENCE)
+        """Spin the printer until a condition holds."""
+        self.graph.spin_until(condition, PATIENCE_S)
 
     def text(self, selector: str) -> str:
-        """What elements of the page say."""
-        # In one step: between two the page may have replaced what was found.
+        """Return the text of elements of the page."""
+        # In one step: between two steps the page may replace the elements.
         return str(self.driver.execute_script(
             'return [...document.querySelectorAll(arguments[0])]'
             '.map(element => element.innerText).join("\\n")', selector))
 
     def press(self, selector: str) -> None:
-        """Click, as soon as nothing moves: a click on what still grows falls beside it."""
+        """Click an element as soon as nothing moves: a click on a moving element misses it."""
         def clicked() -> bool:
             if self.driver.execute_script('return document.getAnimations().length'):
                 return False
@@ -92,21 +103,22 @@ class Stage:
 
 
 def answers(address: str) -> bool:
-    """Whether a page is served there by now."""
+    """Tell whether a page is served at an address."""
     try:
-        with urlopen(address, timeout=PATIENCE) as answer:
+        with urlopen(address, timeout=PATIENCE_S) as answer:
             return int(answer.status) == 200
     except URLError:
         return False
 
 
 @contextmanager
-def staged(driver: Chrome) -> Iterator[Stage]:
-    """A page that shows nothing yet, in a graph of its own."""
+def page_under_test(driver: Chrome) -> Iterator[PageUnderTest]:
+    """Run a page that shows nothing yet, in a graph of its own."""
     with own_domain() as domain, Nodes() as nodes:
         graph = Graph(domain)
         try:
-            made = Stage(graph, Printer(graph), nodes, free_port(0), sample_results(), driver)
+            made = PageUnderTest(graph, FakePrinter(graph), nodes, free_port(0),
+                                 sample_results(), driver)
             made.start_page()
             yield made
         finally:
