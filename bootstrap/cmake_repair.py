@@ -1,7 +1,7 @@
 """Makes the CMake exports of the message wheels name this environment's Python.
 
-They name the Python of the machine that built the wheels, so that a package that depends on
-them would not find Python.h and NumPy's headers.
+The exports name the Python of the machine that built the wheels. A package that depends on them
+would not find Python.h and NumPy's headers.
 """
 
 from pathlib import Path
@@ -15,7 +15,7 @@ NUMPY_INCLUDE = re.compile(
 
 
 def repaired(text: str, python_include: str, numpy_include: str) -> str:
-    """A CMake export with the builder's include folders replaced."""
+    """Return a CMake export with the builder's include folders replaced."""
     text = NUMPY_INCLUDE.sub(lambda _: numpy_include, text)
     return PYTHON_INCLUDE.sub(lambda _: python_include, text)
 

@@ -8,18 +8,18 @@ import shlex
 from bootstrap.stamps import PYTHON_PACKAGES
 from bootstrap.venv import Venv
 
-# Search paths that a sourced ROS fills. Where it cannot be used, nothing of it may stay.
+# Search paths that a sourced ROS fills. If that ROS cannot be used, they are emptied.
 ROS_PATHS = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'LD_LIBRARY_PATH')
 
 
 def joined(first: Iterable[Path], rest: str) -> str:
-    """A search path with some folders in front, each folder once."""
+    """Return a search path with some folders in front, each folder once."""
     parts = [str(path) for path in first] + [part for part in rest.split(os.pathsep) if part]
     return os.pathsep.join(dict.fromkeys(parts))
 
 
 def python_folders(root: Path) -> list[Path]:
-    """Where our packages are imported from: sources, their metadata, generated messages."""
+    """Return the folders to import our packages from: sources, metadata, generated messages."""
     install = root / 'install'
     return [
         *(root / package for package in (*PYTHON_PACKAGES, 'test')),
@@ -30,7 +30,7 @@ def python_folders(root: Path) -> list[Path]:
 
 
 def search_paths(venv: Venv, given: Mapping[str, str], built: bool) -> dict[str, str]:
-    """The search paths, with or without what colcon built in front."""
+    """Return the search paths, with or without the folders of the colcon build in front."""
     if given.get('ROS_DISTRO') and venv.rclpy is None:
         given = {key: value for key, value in given.items() if key not in ROS_PATHS}
     root = venv.root
@@ -51,12 +51,12 @@ def search_paths(venv: Venv, given: Mapping[str, str], built: bool) -> dict[str,
 
 
 def variables(venv: Venv, given: Mapping[str, str], built: bool = True) -> dict[str, str]:
-    """The variables to set, given those that are set already.
+    """Return the variables to set, given those that are set already.
 
     Args:
         venv: the virtual environment
         given: the variables that are set
-        built: whether what colcon built is to be found too
+        built: whether to include the folders of the colcon build
     """
     result = {
         'BPC_ROOT': str(venv.root),
@@ -68,11 +68,11 @@ def variables(venv: Venv, given: Mapping[str, str], built: bool = True) -> dict[
     }
     if venv.rclpy is None:
         result['CMAKE_GENERATOR'] = 'Ninja'
-        # The wheels would start each Python twice to set LD_LIBRARY_PATH, which is set above.
+        # Otherwise the wheels start each Python twice to set LD_LIBRARY_PATH, which is set above.
         result['_ROS_WHEELS_BOOTSTRAP_COMPLETE'] = '1'
     return {name: value for name, value in result.items() if value}
 
 
 def exports(values: Mapping[str, str]) -> str:
-    """Shell lines that set the variables."""
+    """Return shell lines that set the variables."""
     return ''.join(f'export {name}={shlex.quote(value)}\n' for name, value in values.items())

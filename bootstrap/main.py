@@ -1,4 +1,4 @@
-"""Set-up where something is missing, then the product's command line."""
+"""Sets up what is missing, then runs the product's command line."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from bootstrap.progress import note, SetupError
 
 @contextmanager
 def only_one(logs: Path) -> Iterator[None]:
-    """Let one ./bpc at a time set this checkout up."""
+    """Let only one ./bpc at a time set up this checkout."""
     with (logs / 'lock').open('w') as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -24,7 +24,7 @@ def only_one(logs: Path) -> Iterator[None]:
 
 
 def is_current(target: venv.Venv) -> bool:
-    """Whether nothing needs to be set up."""
+    """Tell whether everything is set up."""
     return target.is_current() and workspace.is_current(target)
 
 
@@ -44,7 +44,7 @@ def set_up(target: venv.Venv) -> None:
 
 
 def run_command_line(target: venv.Venv, arguments: Sequence[str]) -> NoReturn:
-    """Become the command line."""
+    """Replace this process by the command line."""
     values = environment.variables(target, os.environ)
     Path(values['ROS_LOG_DIR']).mkdir(parents=True, exist_ok=True)
     command = [str(target.python), '-m', 'bpc_perception', *arguments]
@@ -52,7 +52,7 @@ def run_command_line(target: venv.Venv, arguments: Sequence[str]) -> NoReturn:
 
 
 def main(root: str, arguments: Sequence[str]) -> int:
-    """Run ./bpc; return the exit status if it does not become the command line."""
+    """Run ./bpc; return the exit status unless the command line replaces this process."""
     folder = Path(root).resolve()
     try:
         target = venv.Venv(folder, ros.stock_rclpy(os.environ, folder / '.venv'))

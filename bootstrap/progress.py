@@ -1,4 +1,4 @@
-"""Shows on stderr what the set-up does, and runs its long commands with their output in a log."""
+"""Shows the progress of the set-up on stderr; runs long commands with their output in a log."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,11 +7,11 @@ import subprocess
 import sys
 import time
 
-PLAIN_INTERVAL = 20.0  # [s] between signs of life where there is no terminal
+NOTE_INTERVAL_S = 20.0  # between lines of progress where there is no terminal
 
 
 class SetupError(Exception):
-    """The set-up cannot go on; the message is the one line that the user reads."""
+    """The set-up cannot continue; the message is the one line that the user reads."""
 
 
 def note(text: str) -> None:
@@ -20,7 +20,7 @@ def note(text: str) -> None:
 
 
 def last_line(log: Path) -> str:
-    """The last line of a growing log that says something."""
+    """Return the last line of a growing log that is not empty."""
     with log.open('rb') as file:
         file.seek(max(0, log.stat().st_size - 2000))
         lines = file.read().decode(errors='replace').split('\n')
@@ -48,7 +48,7 @@ def run_logged(
                         line = f'     {now - start:3.0f} s  {last_line(log)}'
                         width = get_terminal_size().columns - 1
                         print(f'\r\x1b[K{line[:width]}', end='', file=sys.stderr, flush=True)
-                    elif now - shown >= PLAIN_INTERVAL:
+                    elif now - shown >= NOTE_INTERVAL_S:
                         note(f'  {now - start:.0f} s so far')
                         shown = now
         finally:

@@ -1,4 +1,4 @@
-"""Finds out whether a ROS 2 Jazzy is sourced that this Python can use."""
+"""Finds out whether there is a sourced ROS 2 Jazzy that this Python can use."""
 
 from collections.abc import Mapping
 import importlib.util
@@ -10,7 +10,7 @@ from bootstrap.progress import SetupError
 
 
 def sourced_rclpy(venv: Path) -> Path | None:
-    """The folder of an rclpy that this very Python can load, outside our own environment."""
+    """Return the folder of an rclpy that this Python can load, outside our own environment."""
     spec = importlib.util.find_spec('rclpy')
     if spec is None or spec.origin is None:
         return None
@@ -20,7 +20,11 @@ def sourced_rclpy(venv: Path) -> Path | None:
 
 
 def stock_rclpy(environment: Mapping[str, str], venv: Path) -> Path | None:
-    """The rclpy of a sourced stock Jazzy, or None where the wheels are to be used."""
+    """Return the rclpy of a sourced stock Jazzy, or None if the wheels are needed.
+
+    Raises:
+        SetupError: another distribution is sourced, or Jazzy with another Python.
+    """
     distribution = environment.get('ROS_DISTRO')
     if not distribution:
         return None

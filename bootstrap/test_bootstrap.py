@@ -1,4 +1,4 @@
-"""Tests of the set-up, as far as they need neither network nor compiler."""
+"""Tests of the set-up that need neither network nor compiler."""
 
 # The names of the tests say what they check.
 # ruff: noqa: D103
@@ -17,7 +17,7 @@ Installed = dict[str, tuple[int, ...]]
 
 
 def probe_of(installed: Installed) -> Callable[..., tuple[int, ...] | None]:
-    """A probe of a machine on which these commands run."""
+    """Return a probe of a machine on which these commands run."""
     return lambda command, *_: installed.get(command)
 
 
@@ -102,11 +102,11 @@ def test_only_what_is_not_a_link_is_rebuilt(checkout: Path, file: str, rebuilt: 
 
 
 def completed(checkout: Path, python: str) -> venv.Venv:
-    """The environment of a checkout, as if it had been made."""
+    """Make the stamp of a checkout's environment, as if it were complete."""
     made = venv.Venv(checkout, rclpy=None)
     made.python.parent.mkdir(parents=True)
     made.python.touch()
-    (made.path / venv.STAMP).write_text(made.stamp(python))
+    (made.path / venv.STAMP_NAME).write_text(made.stamp(python))
     return made
 
 
@@ -124,7 +124,7 @@ def test_environment_is_made_again_for_stock_jazzy(checkout: Path) -> None:
 
 def test_half_made_environment_is_made_again(checkout: Path) -> None:
     made = completed(checkout, '3.11')
-    (made.path / venv.STAMP).unlink()
+    (made.path / venv.STAMP_NAME).unlink()
     assert not made.is_current()
 
 

@@ -13,10 +13,10 @@ import sysconfig
 from bootstrap import cmake_repair, stamps
 from bootstrap.progress import note, run_logged, SetupError
 
-SPACE_NEEDED = 1.5e9  # [bytes] the environment, the build, and what pip unpacks on the way
-STAMP = 'bpc-stamp'
+NEEDED_SPACE_BYTES = 1.5e9  # for the environment, the build, and what pip unpacks meanwhile
+STAMP_NAME = 'bpc-stamp'
 
-# What pip's log says, and what it means. The first that fits is the reason.
+# Patterns in pip's log, and what they mean. The first that matches is the reason.
 PIP_FAILURES = (
     (r'No space left on device', 'the disk is full'),
     (r'DO NOT MATCH THE HASHES', 'a package whose content differs from the lock'),
@@ -30,7 +30,7 @@ class Venv:
 
     Attributes:
         root: the checkout
-        rclpy: the rclpy of a sourced stock Jazzy; None: ROS comes as wheels
+        rclpy: the rclpy of a sourced stock Jazzy; None: ROS is installed as wheels
     """
 
     root: Path
@@ -38,35 +38,36 @@ class Venv:
 
     @property
     def path(self) -> Path:
-        """Its folder."""
+        """Folder of the environment."""
         return self.root / '.venv'
 
     @property
     def python(self) -> Path:
-        """Its interpreter."""
+        """Interpreter of the environment."""
         return self.path / 'bin' / 'python'
 
     @property
     def lock(self) -> Path:
-        """The packages it holds.
+        """Lock file with the packages of the environment.
 
-        Stock Jazzy's message modules are compiled against NumPy 1.26 and fail to import with 2,
-        which the other lock has; and pip must not judge by itself what of apt's is good enough.
+        There are two: stock Jazzy's message modules are compiled against NumPy 1.26 and cannot be
+        imported with NumPy 2, which the other lock has. And pip must not decide which of apt's
+        packages are good enough.
         """
         name = 'requirements.lock' if self.rclpy is None else 'stock.lock'
         return self.root / 'bootstrap' / name
 
     def stamp(self, version: str) -> str:
-        """What the stamp says once this environment is complete, for a Python version."""
+        """Return the stamp of the complete environment for a Python version."""
         ros = self.rclpy or 'wheels'
         return f'python {version}\nlock {stamps.file_hash(self.lock)}\nros {ros}\nat {self.path}\n'
 
     def is_current(self) -> bool:
-        """Whether it is complete and as it would be made now.
+        """Tell whether the environment is complete and as it would be made now.
 
-        A Python version that nobody asked for now is no reason to make it again.
+        It may have another Python version, unless the user asks for one.
         """
-        found = stamps.read(self.path / STAMP)
+        found = stamps.read(self.path / STAMP_NAME)
         version = found.partition('\n')[0].removeprefix('python ')
         if os.environ.get('BPC_PYTHON') and version != own_version():
             return False
@@ -74,17 +75,20 @@ class Venv:
 
 
 def own_version() -> str:
-    """The version of this interpreter, as in `python3.12`."""
+    """Return the version of this interpreter, as in `python3.12`."""
     return f'{sys.version_info.major}.{sys.version_info.minor}'
 
 
 def base_python() -> str:
-    """This interpreter outside any virtual environment, which may be the one to be replaced."""
+    """Return this interpreter outside any virtual environment.
+
+    The virtual environment may be the one that is going to be replaced.
+    """
     return getattr(sys, '_base_executable', None) or sys.executable
 
 
 def check_prerequisites(root: Path) -> None:
-    """Complain about what the set-up would stumble over minutes later."""
+    """Raise SetupError for anything that would fail minutes later."""
     version = own_version()
     for module in ('venv', 'ensurepip'):
         if importlib.util.find_spec(module) is None:
@@ -100,15 +104,15 @@ def check_prerequisites(root: Path) -> None:
             f'on Debian and Ubuntu: apt install python{version}-dev'
         )
     free = shutil.disk_usage(root).free
-    if free < SPACE_NEEDED:
+    if free < NEEDED_SPACE_BYTES:
         raise SetupError(
-            f'needs {SPACE_NEEDED / 1e9:.1f} GB of disk for the set-up, '
+            f'needs {NEEDED_SPACE_BYTES / 1e9:.1f} GB of disk for the set-up, '
             f'found {free / 1e9:.1f} GB free at {root}'
         )
 
 
 def check_compiler() -> None:
-    """Complain if there is no compiler for the message package."""
+    """Raise SetupError if there is no compiler for the message package."""
     for variable, language, names in (
         ('CXX', 'C++', ('c++', 'g++', 'clang++')),
         ('CC', 'C', ('cc', 'gcc', 'clang')),
@@ -122,20 +126,20 @@ def check_compiler() -> None:
 
 
 def why_pip_failed(log_text: str) -> str:
-    """The reason of a failed installation, in a few words and pip's own first error."""
+    """Return the reason of a failed installation in a few words, and pip's first error."""
     meaning = next((text for pattern, text in PIP_FAILURES if re.search(pattern, log_text)), '')
     errors = re.findall(r'^\s*ERROR: (.*)$', log_text, re.MULTILINE)
     return '; '.join(part for part in (meaning, *errors[:1]) if part) or 'an error'
 
 
 def build_tools_of(lock_text: str) -> str:
-    """The part of a lock that pip needs first to install a package published as source only."""
+    """Return the part of a lock that pip needs first, for packages published as source only."""
     found = re.search(r'^setuptools==.*\n(?:[ \t].*\n?)*', lock_text, re.MULTILINE)
     return found.group() if found else ''
 
 
 def install(venv: Venv, log: Path) -> None:
-    """Install exactly what the lock says."""
+    """Install exactly the packages of the lock."""
     environment = {
         **{key: value for key, value in os.environ.items() if key != 'PYTHONPATH'},
         '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1',  # pip needs none of the ROS libraries
@@ -158,14 +162,14 @@ def install(venv: Venv, log: Path) -> None:
 
 
 def compile_modules(venv: Venv, log: Path) -> None:
-    """Compile what was installed on all cores; pip would take three times as long on one."""
+    """Compile the installed modules on all cores; pip on one core takes three times as long."""
     command = [str(venv.python), '-I', '-m', 'compileall', '-q', '-j', '0', str(venv.path / 'lib')]
-    # A failure is no harm: some packages ship files that are valid in another Python only.
+    # A failure does no harm: some packages contain files that only another Python can compile.
     run_logged(command, log, cwd=venv.root, environment=os.environ)
 
 
 def complete_ros(venv: Venv) -> None:
-    """Mend what the wheels lack of an installation of ROS.
+    """Add what the wheels lack, compared with an installation of ROS.
 
     The CMake exports name the builder's Python; and colcon looks for a local_setup in each prefix.
     """
@@ -177,7 +181,7 @@ def complete_ros(venv: Venv) -> None:
 
 
 def make(venv: Venv, log: Path) -> None:
-    """Make the environment from nothing; without its stamp the next run would replace it."""
+    """Make the environment from nothing; without its stamp the next run replaces it."""
     shutil.rmtree(venv.path, ignore_errors=True)
     log.write_bytes(b'')
     note(f'[1/3] virtual environment with Python {own_version()}')
@@ -190,9 +194,9 @@ def make(venv: Venv, log: Path) -> None:
     try:
         install(venv, log)
     except SetupError:
-        shutil.rmtree(venv.path, ignore_errors=True)  # the disk may be full of it
+        shutil.rmtree(venv.path, ignore_errors=True)  # it may have filled the disk
         raise
     compile_modules(venv, log)
     if venv.rclpy is None:
         complete_ros(venv)
-    (venv.path / STAMP).write_text(venv.stamp(own_version()))
+    (venv.path / STAMP_NAME).write_text(venv.stamp(own_version()))

@@ -7,25 +7,25 @@ import shutil
 
 from bootstrap import environment, stamps
 from bootstrap.progress import note, run_logged, SetupError
-from bootstrap.venv import check_compiler, STAMP, Venv
+from bootstrap.venv import check_compiler, STAMP_NAME, Venv
 
 
 def stamp(venv: Venv) -> str:
-    """What the stamp says once the workspace is built from what is there now."""
-    return stamps.read(venv.path / STAMP) + stamps.workspace_manifest(venv.root)
+    """Return the stamp of a workspace that is built from the present files."""
+    return stamps.read(venv.path / STAMP_NAME) + stamps.workspace_manifest(venv.root)
 
 
 def is_current(venv: Venv) -> bool:
-    """Whether there is nothing to build."""
+    """Tell whether there is nothing to build."""
     built = all((venv.root / 'build' / package).is_dir() for package in stamps.PYTHON_PACKAGES)
-    return built and stamps.read(venv.root / 'install' / STAMP) == stamp(venv)
+    return built and stamps.read(venv.root / 'install' / STAMP_NAME) == stamp(venv)
 
 
 def can_build_upon(made_from: str, target: str) -> bool:
-    """Whether colcon can go on from an earlier build, by the stamps of both.
+    """Tell from the stamps whether colcon can continue from an earlier build.
 
-    It cannot in another environment, whose paths are in there; nor after a file is gone, to which
-    links are left that make it fail.
+    It cannot in another environment, since the build contains paths of the environment; nor after
+    a file was removed, since a link to it remains and makes the build fail.
     """
     before, now = (
         {line.partition(' ')[2] for line in stamp.splitlines()} for stamp in (made_from, target)
@@ -34,7 +34,7 @@ def can_build_upon(made_from: str, target: str) -> bool:
 
 
 def why_colcon_failed(log_text: str) -> str:
-    """The packages that failed, or the last thing colcon said."""
+    """Return the packages that failed, or the last line of colcon's log."""
     failed = re.findall(r'^Failed\s+<<< (\S+)', log_text, re.MULTILINE)
     if failed:
         return f'{", ".join(failed)} failing'
@@ -42,15 +42,15 @@ def why_colcon_failed(log_text: str) -> str:
 
 
 def build(venv: Venv, log: Path) -> None:
-    """Run `colcon build`; the stamp says what was there when it began."""
+    """Run `colcon build`; the stamp describes the files at its beginning."""
     check_compiler()
     root = venv.root
     target = stamp(venv)
-    if not can_build_upon(stamps.read(root / 'install' / STAMP), target):
+    if not can_build_upon(stamps.read(root / 'install' / STAMP_NAME), target):
         for folder in ('build', 'install'):
             shutil.rmtree(root / folder, ignore_errors=True)
     (root / 'install').mkdir(exist_ok=True)
-    (root / 'install' / STAMP).write_text('unfinished\n' + target)
+    (root / 'install' / STAMP_NAME).write_text('unfinished\n' + target)
     note('[3/3] building the workspace')
     log.write_bytes(b'')
     given = {**os.environ, **environment.variables(venv, os.environ, built=False)}
@@ -58,4 +58,4 @@ def build(venv: Venv, log: Path) -> None:
     if not run_logged(command, log, cwd=root, environment=given):
         reason = why_colcon_failed(log.read_text(errors='replace'))
         raise SetupError(f'expected colcon to build the workspace, found {reason} (log: {log})')
-    (root / 'install' / STAMP).write_text(target)
+    (root / 'install' / STAMP_NAME).write_text(target)
