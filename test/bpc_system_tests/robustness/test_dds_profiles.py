@@ -11,11 +11,11 @@ import pytest
 
 from bpc_perception.runtime.transport import dds_profiles
 from bpc_perception.runtime.transport.dds_profiles import (
-    FOLDER,
-    PROFILES,
     DISCOVERY_RANGE_VARIABLE,
-    receive_profile,
+    FOLDER,
     PROFILE_VARIABLES,
+    PROFILES,
+    receive_profile,
     with_profile,
 )
 from bpc_perception.runtime.transport.shared_memory import clean
@@ -50,8 +50,8 @@ def test_profiles_differ_in_what_they_are_for_only() -> None:
 def test_the_profile_follows_the_range(reach: str | None, captures: bool,
                                        file: str) -> None:
     # Also where a shell still has another of our profiles.
-    given = {PROFILE_VARIABLES[0]: str(FOLDER / 'local.xml'), 'HOME': '/'} | ({DISCOVERY_RANGE_VARIABLE: reach} if reach
-                                                                     else {})
+    given = {PROFILE_VARIABLES[0]: str(FOLDER / 'local.xml'), 'HOME': '/'} | (
+        {DISCOVERY_RANGE_VARIABLE: reach} if reach else {})
     chosen = with_profile(given, captures)
     assert [chosen.get(name) for name in PROFILE_VARIABLES] == [str(FOLDER / file)] * 2
     assert chosen['HOME'] == '/'

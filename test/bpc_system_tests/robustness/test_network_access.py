@@ -19,7 +19,11 @@ from rclpy.node import Node
 from bpc_perception.messages import topics
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import Graph
-from bpc_perception.runtime.transport.dds_profiles import FOLDER, DISCOVERY_RANGE_VARIABLE, PROFILE_VARIABLES
+from bpc_perception.runtime.transport.dds_profiles import (
+    DISCOVERY_RANGE_VARIABLE,
+    FOLDER,
+    PROFILE_VARIABLES,
+)
 from bpc_system_tests.documentation import sros2_policy
 from bpc_system_tests.parts.command_line import PATIENCE_S, SAMPLE
 from bpc_system_tests.parts.ros_graph import own_domain

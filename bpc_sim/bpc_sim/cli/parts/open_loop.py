@@ -72,7 +72,8 @@ def run_open_loop(plan: OpenLoopPrint, separate: bool, page: bool, terminal: Ter
     """
     job = plan.config.job()
     with monitoring(terminal, keep=1) as monitor, tempfile.TemporaryDirectory() as folder:
-        settings = write_settings(Path(folder), hand_eye_calibration(job), node_parameters(job, plan.target))
+        settings = write_settings(Path(folder), hand_eye_calibration(job),
+                                  node_parameters(job, plan.target))
         with printer_nodes(monitor, terminal, page, settings.parameters) as nodes:
             start_ns = time.time_ns() + round(START_DELAY_S * 1e9)
             end_ns = start_ns + round(job.duration * 1e9)
