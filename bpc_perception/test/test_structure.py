@@ -142,6 +142,29 @@ def test_the_product_does_not_import_its_simulator() -> None:
             if name.split('.')[0] == 'bpc_sim'] == []
 
 
+def test_every_import_of_ours_exists() -> None:
+    """Also the late ones, and those of scripts; mypy ignores modules that are not there."""
+    places = {'bpc_perception': ROOT / 'bpc_perception', 'bpc_sim': ROOT / 'bpc_sim',
+              'bpc_system_tests': ROOT / 'test'}
+    files = [file for place in places.values() for file in place.rglob('*.py')]
+    assert len(files) > 300
+    missing = []
+    for file in files:
+        for name in imported(file):
+            package, *parts = name.split('.')
+            if package not in places or not parts:
+                continue
+            # The last part may be something in a module.
+            module = places[package].joinpath(package, *parts)
+            holder = module.parent
+            here = any(path.exists() for path in (module, module.with_suffix('.py')))
+            source = next((path.read_text('utf-8') for path in (
+                holder.with_suffix('.py'), holder / '__init__.py') if path.exists()), '')
+            if not here and not re.search(rf'\b{parts[-1]}\b', source):
+                missing.append(f'{file.relative_to(ROOT)}: {name}')
+    assert missing == []
+
+
 @pytest.mark.parametrize('package', FLOOR_PLAN)
 def test_a_room_is_taken_in_at_one_look(package: str) -> None:
     rooms = Counter(file.parent for file in sources(package) if file.name != '__init__.py')
