@@ -27,7 +27,7 @@ from bpc_perception.runtime.isolated_graph import free_domain
 from bpc_perception.runtime.transport.shared_memory import (
     clean,
     NAME,
-    SETTLED_S,
+    SETTLING_TIME_S,
     SHARED_MEMORY,
     unused,
     used_by,
@@ -99,7 +99,7 @@ def run_cycle(number: int, domain: int, chance: random.Random) -> Cycle:
         took = time.monotonic() - begun
         faults += [f'process {pid}' for pid in nodes if alive(pid)]
         if killed:
-            time.sleep(SETTLED_S)
+            time.sleep(SETTLING_TIME_S)
             clean()  # as the next start does
         faults += left_in_shared_memory(used, shared_before)
         faults += left_in_folder(folder, order, killed)
