@@ -14,7 +14,7 @@ from bpc_sim.scene.camera import rays, View
 
 PRINT_PX_PER_MM = 20  # pixels of the printed pattern
 SUPERSAMPLING = 4  # rays per pixel side
-MARGIN_M = 0.01  # white around the squares
+WHITE_MARGIN_M = 0.01  # white around the squares
 DARK_LEVEL, WHITE_LEVEL, TABLE_LEVEL = 40.0, 210.0, 120.0  # grey levels
 
 
@@ -72,15 +72,15 @@ def _intersect_board(T_camera_board: Array, directions: Array) -> Array:
 def _is_on_board(board: Board, points: Array) -> NDArray[np.bool_]:
     """Tell which points (..., 3) of the board's frame lie on the board or its margin."""
     x, y = points[..., 0], points[..., 1]
-    far = np.array((board.columns, board.rows)) * board.square + MARGIN_M
+    far = np.array((board.columns, board.rows)) * board.square + WHITE_MARGIN_M
     inside: NDArray[np.bool_] = (
-        (x > -MARGIN_M) & (y > -MARGIN_M) & (x < far[0]) & (y < far[1]))
+        (x > -WHITE_MARGIN_M) & (y > -WHITE_MARGIN_M) & (x < far[0]) & (y < far[1]))
     return inside
 
 
 def _grey_levels(board: Board, T_camera_board: Array, camera: PinholeCamera) -> Array:
     """Return the grey level (H, W) of each pixel, its mean over the pixel's area."""
-    border = round(MARGIN_M * 1e3 * PRINT_PX_PER_MM)
+    border = round(WHITE_MARGIN_M * 1e3 * PRINT_PX_PER_MM)
     levels = DARK_LEVEL + (WHITE_LEVEL - DARK_LEVEL) / 255 * pattern(board).astype(np.float32)
     printed = cv2.copyMakeBorder(levels, border, border, border, border,
                                  cv2.BORDER_CONSTANT, value=WHITE_LEVEL)

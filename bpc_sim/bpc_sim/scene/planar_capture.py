@@ -9,7 +9,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 
 # From the camera to the plane: a float32 without rounding, so that the cloud's depth is exact.
-DISTANCE_M = 0.5
+CAMERA_DISTANCE_M = 0.5
 
 
 def planar_capture(image: NDArray[np.uint8], pixel_size: float,
@@ -25,7 +25,7 @@ def planar_capture(image: NDArray[np.uint8], pixel_size: float,
         The capture, whose cloud lies exactly on the plane, and T_base_camera (4, 4).
     """
     height, width = image.shape[:2]
-    distance = DISTANCE_M
+    distance = CAMERA_DISTANCE_M
     u0, v0 = (width - 1) / 2, (height - 1) / 2
     focal = distance / pixel_size
     K = np.array(((focal, 0.0, u0), (0.0, focal, v0), (0.0, 0.0, 1.0)))

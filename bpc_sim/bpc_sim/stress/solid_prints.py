@@ -27,8 +27,8 @@ from bpc_sim.stress.solid_scene import (
 )
 from bpc_sim.stress.stress_scene import STAMP_NS, StressScene
 
-NEAR_M, FAR_M = 0.30, 0.70  # from the camera to the bed's middle
-CYLINDER = Cylinder(0.06)
+NEAR_CAMERA_M, FAR_CAMERA_M = 0.30, 0.70  # from the camera to the bed's middle
+CYLINDER_BED = Cylinder(0.06)
 WIDTH_STD_M = 0.15e-3
 
 
@@ -56,16 +56,17 @@ class Spiral:
 
 
 SPIRALS: dict[str, Spiral] = {
-    'flat_017': Spiral(CameraPlacement(NEAR_M)),
-    'tilted_25_017': Spiral(CameraPlacement(NEAR_M, np.radians(25))),
-    'tilted_40_017': Spiral(CameraPlacement(NEAR_M, np.radians(40))),
-    'cylinder_017': Spiral(CameraPlacement(NEAR_M, np.radians(10)), CYLINDER),
+    'flat_017': Spiral(CameraPlacement(NEAR_CAMERA_M)),
+    'tilted_25_017': Spiral(CameraPlacement(NEAR_CAMERA_M, np.radians(25))),
+    'tilted_40_017': Spiral(CameraPlacement(NEAR_CAMERA_M, np.radians(40))),
+    'cylinder_017': Spiral(CameraPlacement(NEAR_CAMERA_M, np.radians(10)), CYLINDER_BED),
     'corner_of_view': Spiral(
-        CameraPlacement(NEAR_M, np.radians(30), (320, 320), off_axis=True)),
-    'flat_039': Spiral(CameraPlacement(FAR_M, size=(128, 128))),
-    'tilted_25_039': Spiral(CameraPlacement(FAR_M, np.radians(25), (128, 128))),
-    'tilted_40_039': Spiral(CameraPlacement(FAR_M, np.radians(40), (128, 128))),
-    'cylinder_039': Spiral(CameraPlacement(FAR_M, np.radians(10), (128, 128)), CYLINDER),
+        CameraPlacement(NEAR_CAMERA_M, np.radians(30), (320, 320), off_axis=True)),
+    'flat_039': Spiral(CameraPlacement(FAR_CAMERA_M, size=(128, 128))),
+    'tilted_25_039': Spiral(CameraPlacement(FAR_CAMERA_M, np.radians(25), (128, 128))),
+    'tilted_40_039': Spiral(CameraPlacement(FAR_CAMERA_M, np.radians(40), (128, 128))),
+    'cylinder_039': Spiral(
+        CameraPlacement(FAR_CAMERA_M, np.radians(10), (128, 128)), CYLINDER_BED),
 }
 
 
@@ -74,7 +75,7 @@ def nozzle_in_view(seed: int) -> StressScene:
     rng = seeded('nozzle_in_view', seed)
     curve = archimedean(1e-3, np.pi, 6 * np.pi)
     T_base_surface = bed_pose()
-    view = CameraPlacement(NEAR_M, np.radians(35)).view(rng)
+    view = CameraPlacement(NEAR_CAMERA_M, np.radians(35)).view(rng)
     # The nozzle stands between the camera and the inner turns.
     eye = transform(invert(T_base_surface), view.T_base_camera[:3, 3])[:2]
     s = curve.uniform(1000)[420:]  # a little more than one turn

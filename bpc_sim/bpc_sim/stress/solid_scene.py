@@ -25,7 +25,7 @@ from bpc_sim.scene.render import render
 from bpc_sim.scene.scene import Scene, Sensor
 from bpc_sim.stress.planar_print import even_samples, random_imaging
 from bpc_sim.stress.stress_scene import STAMP_NS, StressScene
-from bpc_sim.stress.truth import BORDER_PX, classify_samples, Truth
+from bpc_sim.stress.truth import classify_samples, INK_BORDER_PX, Truth
 
 TIP_HEIGHT_M = 1e-3  # of the nozzle tip above the bed
 HOLES_PER_PIXEL = 2.5e-4  # in the cloud
@@ -92,7 +92,7 @@ def find_visibility(scene: Scene, view: View, s: Array) -> Visibility:
     places = np.concatenate((scene.deposit.curve.points(s), *scene.deposit.sides(s)))
     points = transform(scene.T_base_surface, scene.surface.points(places, np.zeros(len(places))))
     uv = view.camera.pixels(transform(invert(view.T_base_camera), points))
-    steps = np.array((0.0, -BORDER_PX, BORDER_PX))
+    steps = np.array((0.0, -INK_BORDER_PX, INK_BORDER_PX))
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     around = uv[:, None] + shifts
     blocked = np.isfinite(tracer.nozzle_depth(rays(view.camera, around)))

@@ -17,9 +17,9 @@ from bpc_perception.core.arrays import Array
 from bpc_sim.ink.curve_pieces import curve_pieces
 from bpc_sim.ink.deposit import Deposit, SEARCH_MARGIN_M
 
-BORDER_PX = 1.0  # this near to a start or an end of ink, any answer is right
-CLEARANCE_PX = 2.0  # other ink this near may not be resolved
-THIN_PX = 3.0  # narrower ink may not be seen
+INK_BORDER_PX = 1.0  # this near to a start or an end of ink, any answer is right
+INK_CLEARANCE_PX = 2.0  # other ink this near may not be resolved
+THIN_INK_PX = 3.0  # narrower ink may not be seen
 TOUCHING_M = 1e-6  # strands that are closer touch
 OWN_INK_M = 1e-5  # along the path: nearer ink belongs to the segment itself
 SAME_PASS_WIDTHS = 1.25  # along the path: nearer ink belongs to the same pass
@@ -79,8 +79,9 @@ def classify_samples(deposit: Deposit, s: Array, pixel: float,
         near = np.minimum(near, drop_clearance(deposit, s, drops))
     category = np.where(width > 0, Truth.MEASURED, Truth.GAP)
     border = np.abs(s[:, None] - deposit.runs.ravel()).min(axis=1, initial=np.inf)
-    unsure = (border <= BORDER_PX * pixel) | (np.minimum(near, far) <= CLEARANCE_PX * pixel)
-    unsure |= (width > 0) & (width < THIN_PX * pixel)
+    unsure = border <= INK_BORDER_PX * pixel
+    unsure |= np.minimum(near, far) <= INK_CLEARANCE_PX * pixel
+    unsure |= (width > 0) & (width < THIN_INK_PX * pixel)
     if deposit.curve.closed:
         unsure |= np.minimum(s, deposit.curve.length - s) <= deposit.profile(s) / 2
     category[unsure] = Truth.EDGE

@@ -11,7 +11,7 @@ from bpc_perception.core.geometry import invert, transform
 from bpc_sim.printer.scenarios import bed_pose
 from bpc_sim.scene import render
 from bpc_sim.stress.catalogue import SOLID, STRESS
-from bpc_sim.stress.solid_prints import CYLINDER
+from bpc_sim.stress.solid_prints import CYLINDER_BED
 from bpc_sim.stress.solid_scene import TIP_HEIGHT_M
 from bpc_sim.stress.truth import Truth
 
@@ -35,7 +35,7 @@ def built(name):
 def across(scene, offset):
     """Return points (N, M, 3) on the bed at offsets (M,) from the path, in the surface frame."""
     tip = transform(invert(bed_pose()), scene.points)
-    axis = np.array((0.0, 0.0, -CYLINDER.radius))
+    axis = np.array((0.0, 0.0, -CYLINDER_BED.radius))
     up = np.tile((0.0, 0.0, 1.0), (len(scene), 1))
     curved = scene.name.startswith('cylinder')
     if curved:
@@ -48,7 +48,7 @@ def across(scene, offset):
     if curved:
         radial = (points - axis) * (0, 1, 1)
         reach = np.linalg.norm(radial, axis=2, keepdims=True)
-        points = points + radial * (CYLINDER.radius / reach - 1)
+        points = points + radial * (CYLINDER_BED.radius / reach - 1)
     return points
 
 

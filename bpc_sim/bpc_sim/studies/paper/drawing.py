@@ -18,8 +18,8 @@ from bpc_sim.scene.imaging import expose, Imaging, mix
 from bpc_sim.scene.raster import coverage
 from bpc_sim.studies.paper.cases import PaperCase, SAMPLE_COUNT
 
-IDEAL = Imaging()
-CAMERA = Imaging(blur=1.0, noise=6.0, lamp_gradient=0.12, glare_spots=13)
+IDEAL_IMAGING = Imaging()
+CAMERA_IMAGING = Imaging(blur=1.0, noise=6.0, lamp_gradient=0.12, glare_spots=13)
 POLYGON_SCALE = 8  # at which polygons are drawn enlarged
 
 Image = NDArray[np.uint8]
@@ -35,7 +35,7 @@ class Drawing:
     """
 
     raster: Callable[[PaperCase, Imaging, int], Image]
-    imaging: Imaging = IDEAL
+    imaging: Imaging = IDEAL_IMAGING
 
     def image(self, case: PaperCase, seed: int) -> Image:
         """Return the image (H, W, 3) RGB; the seed is that of glare and noise."""
@@ -51,14 +51,14 @@ def area_coverage(case: PaperCase, supersample: int = 8) -> Array:
                     case.pixel_size, supersample)
 
 
-def area_raster(case: PaperCase, imaging: Imaging = IDEAL, seed: int = 0) -> Image:
+def area_raster(case: PaperCase, imaging: Imaging = IDEAL_IMAGING, seed: int = 0) -> Image:
     """Return the image (H, W, 3) RGB that a sensor takes, with the given imperfections."""
     covered = area_coverage(case)
     light = mix(imaging.ink, imaging.bed, covered)
     return expose(light, covered, imaging, np.random.default_rng(seed))
 
 
-def polygon_raster(case: PaperCase, imaging: Imaging = IDEAL, seed: int = 0) -> Image:
+def polygon_raster(case: PaperCase, imaging: Imaging = IDEAL_IMAGING, seed: int = 0) -> Image:
     """Return the image (H, W, 3) RGB as the paper drew it: binary, polygon vertices on pixels.
 
     Each run of path points with ink is one polygon through its side points. A pixel is ink if its
@@ -86,5 +86,5 @@ def _pixels(points: Array, case: PaperCase) -> Array:
     return (case.size - 1) / 2 + points * (1.0, -1.0) / case.pixel_size
 
 
-DRAWINGS = {'area': Drawing(area_raster), 'camera': Drawing(area_raster, CAMERA),
+DRAWINGS = {'area': Drawing(area_raster), 'camera': Drawing(area_raster, CAMERA_IMAGING),
             'polygon': Drawing(polygon_raster)}

@@ -14,7 +14,7 @@ from bpc_sim.studies.study_runner import METHODS, Row, Study
 from bpc_sim.studies.truth_comparison import Comparison, merge
 
 GAP_COUNT = 10
-WIDTH_M = 2e-3  # at all resolutions
+SWEEP_WIDTH_M = 2e-3  # at all resolutions
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def rows(found: list[MeasuredPrint]) -> list[Row]:
 
 def over_resolution(seeds: int) -> Sequence[Setting]:
     """Return ten ratios from 1/4 to 2, in turn: a busy machine slows all of them alike."""
-    return [Setting(float(ratio), WIDTH_M, seed) for seed in range(seeds)
+    return [Setting(float(ratio), SWEEP_WIDTH_M, seed) for seed in range(seeds)
             for ratio in np.linspace(0.25, 2, 10)]
 
 
