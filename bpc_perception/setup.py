@@ -45,8 +45,8 @@ setup(
     zip_safe=False,
     entry_points={
         'bpc.cameras': [
-            'bag = bpc_perception.drivers.bag:prepare',
-            'zivid = bpc_perception.drivers.zivid:prepare',
+            'bag = bpc_perception.drivers.cameras.bag:prepare',
+            'zivid = bpc_perception.drivers.cameras.zivid:prepare',
         ],
         'console_scripts': [
             'bpc = bpc_perception.__main__:main',

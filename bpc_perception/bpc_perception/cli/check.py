@@ -28,7 +28,7 @@ from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.parameter import ConfigError
 from bpc_perception.display.units import MM_PER_M
-from bpc_perception.drivers import check_back_end
+from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder
 

@@ -13,7 +13,7 @@ from bpc_perception.cli.parts.monitor import Monitor, monitoring
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
-from bpc_perception.drivers import check_back_end
+from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder
 from bpc_perception.messages import topics

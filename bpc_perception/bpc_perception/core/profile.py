@@ -99,11 +99,19 @@ class ThicknessProfile:
 
     @cached_property
     def gaps(self) -> Array:
-        """Arc lengths (G, 2) at which each uninterrupted run of GAP starts and ends [m].
+        """Arc lengths (G, 2) at which each gap starts and ends [m].
+
+        What is one gap is decided here: an uninterrupted run of GAP. Whoever counts or draws gaps
+        asks this; advice looks at those of its window alone.
+        """
+        return self.extents(Status.GAP)
+
+    def extents(self, status: Status) -> Array:
+        """Return the arc lengths (R, 2) at which each run of a status starts and ends [m].
 
         A sample stands for the path up to half-way to its neighbours.
         """
-        return run_extents(self.status == Status.GAP, self.arc_length)
+        return run_extents(self.status == status, self.arc_length)
 
     @cached_property
     def summary(self) -> Summary:

@@ -13,7 +13,7 @@ from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.measurement.incremental import PrintMemory
+from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.measure import measure, MeasurementError
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile

@@ -1,4 +1,4 @@
-"""Colours of statuses, sides and deviations, the same wherever results are shown."""
+"""Colours and signs of statuses, sides and deviations, the same wherever results are shown."""
 
 from __future__ import annotations
 
@@ -16,6 +16,14 @@ STATUS_COLOURS = {
     Status.OCCLUDED: '#000000',
     Status.JUNCTION: '#CC79A7',
     Status.LOW_CONFIDENCE: '#E69F00',
+}
+# Where there is room for a letter only: what stands for a stretch in which nothing is measured.
+STATUS_SIGNS = {
+    Status.GAP: '_',
+    Status.NO_DATA: '·',
+    Status.OCCLUDED: 'o',
+    Status.JUNCTION: 'x',
+    Status.LOW_CONFIDENCE: '?',
 }
 LEFT_COLOUR, RIGHT_COLOUR = '#56B4E9', '#009E73'
 WINDOW_COLOUR = '#F0E442'

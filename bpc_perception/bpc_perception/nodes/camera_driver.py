@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.capture.region import crop
 from bpc_perception.core.config import CameraConfig
-from bpc_perception.drivers import Camera, CameraError, prepare_camera, WARN
+from bpc_perception.drivers.cameras import Camera, CameraError, prepare_camera, WARN
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages, snr_to_message
 from bpc_perception.runtime.clock import steady_clock

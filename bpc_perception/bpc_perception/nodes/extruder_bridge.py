@@ -14,7 +14,7 @@ from bpc_perception.core.config import ExtruderConfig
 from bpc_perception.core.extruder.plunger import Plunger, PlungerMotion
 from bpc_perception.core.extruder.tic import error_names, OPERATION_STATES, TicState
 from bpc_perception.core.robot.clock_offset import ClockOffset
-from bpc_perception.drivers.extruder_connection import ExtruderConnection
+from bpc_perception.drivers.extruders.connection import ExtruderConnection
 from bpc_perception.messages import topics
 from bpc_perception.messages.extruder import extruder_to_message, joint_motion
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns

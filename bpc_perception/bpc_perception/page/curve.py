@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 
 MOST_POINTS, MOST_STRETCHES = 1200, 150  # that are drawn
 KEPT_OF_BUCKET = 3  # the least, the largest, and one that interrupts the line
@@ -83,7 +83,7 @@ def stretches(profile: ThicknessProfile, start: float = 0.0,
     all_stretches = [
         Stretch(status, max(float(low), start), float(high))
         for status in Status if status != Status.MEASURED
-        for low, high in run_extents(profile.status == status, profile.arc_length)
+        for low, high in profile.extents(status)
         if high > start]
     all_stretches.sort(key=lambda stretch: stretch.start - stretch.end)
     return sorted(all_stretches[:most], key=lambda stretch: stretch.start)

@@ -70,7 +70,7 @@ def _contents(log: PrintLog, provenance: Provenance, figures: bool) -> Mapping[s
     files = {name: text.encode('utf-8', 'replace') for name, text in texts.items()}
     if figures:
         # Imported late: matplotlib is an extra, and is slow to load.
-        from bpc_perception.report.paper_figures import draw_figures
+        from bpc_perception.report.publication_figures import draw_figures
 
         files |= {f'{FIGURES}/{name}': data
                   for name, data in draw_figures(result, provenance.targets).items()}

@@ -15,7 +15,7 @@ pytest.importorskip('rclpy')
 from node_builders import Bench, record_captures
 from rclpy.parameter import Parameter
 
-from bpc_perception.drivers.bag import BagCamera
+from bpc_perception.drivers.cameras.bag import BagCamera
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_from_messages, capture_to_messages
 from bpc_perception.messages.stamps import stamp_to_ns

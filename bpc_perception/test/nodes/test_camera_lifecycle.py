@@ -18,7 +18,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from bpc_perception.core.capture.capture import Capture
-from bpc_perception.drivers.bag import BagCamera
+from bpc_perception.drivers.cameras.bag import BagCamera
 from bpc_perception.nodes.camera_driver import CameraDriverNode
 
 pytestmark = pytest.mark.ros

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.measurement.incremental import PrintMemory
+from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.measure import measure
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_sim.benchmarks.core_prints import DrawnPrint, long_print, PIXEL_M, spiral

@@ -147,7 +147,7 @@ class ProportionalIntegral:
     """A PI controller on the mean width; its integral is held while the factor is limited.
 
     The gains have the least mean of the squared width error, relative to no feedback, over the
-    scenarios without a fault, on seeds of their own (``bpc_sim.studies.closedloop.tuning``).
+    scenarios without a fault, on seeds of their own (``bpc_sim.studies.closed_loop.tuning``).
     """
 
     follows_advice = False

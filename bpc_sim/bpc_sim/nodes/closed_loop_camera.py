@@ -16,7 +16,7 @@ from rclpy.node import Node
 from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
-from bpc_perception.drivers import CameraError
+from bpc_perception.drivers.cameras import CameraError
 from bpc_perception.messages import topics
 from bpc_perception.messages.pose import pose_to_matrix
 from bpc_perception.messages.stamps import stamp_to_ns

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bpc_sim.studies.closedloop.study import CLOSED_LOOP
+from bpc_sim.studies.closed_loop.study import CLOSED_LOOP
 from bpc_sim.studies.hardware_study import HARDWARE
 from bpc_sim.studies.paper.sweeps import RESOLUTION, THICKNESS
 from bpc_sim.studies.paper.table1 import TABLE1

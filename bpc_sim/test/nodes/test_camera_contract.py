@@ -19,7 +19,7 @@ from bpc_sim.printer.scenarios import SCENARIOS
 pytest.importorskip('rclpy')
 from rclpy.node import Node
 
-from bpc_perception.drivers import back_ends, Camera, CameraError, prepare_camera
+from bpc_perception.drivers.cameras import back_ends, Camera, CameraError, prepare_camera
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.recording.bag import Bag

@@ -201,7 +201,7 @@ def test_a_package_that_is_missing_is_named(graph: Graph, monkeypatch: pytest.Mo
 def test_no_package_is_loaded_before_it_is_chosen() -> None:
     for name in ('serial', 'ticlib'):
         sys.modules.pop(name, None)
-    importlib.reload(importlib.import_module('bpc_perception.drivers.extruder'))
+    importlib.reload(importlib.import_module('bpc_perception.drivers.extruders.devices'))
     assert not {'serial', 'ticlib'} & set(sys.modules)
 
 

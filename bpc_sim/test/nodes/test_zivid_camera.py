@@ -22,7 +22,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
-from bpc_perception.drivers import CameraError, prepare_camera
+from bpc_perception.drivers.cameras import CameraError, prepare_camera
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import image_to_rgb
 from bpc_perception.nodes.camera_driver import CameraDriverNode

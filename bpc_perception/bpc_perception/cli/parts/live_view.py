@@ -10,14 +10,11 @@ from rich.text import Text
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.display.legend import deviation_colours, STATUS_COLOURS
+from bpc_perception.display.legend import deviation_colours, STATUS_COLOURS, STATUS_SIGNS
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_a_line, label
 
 BLOCKS = '▁▂▃▄▅▆▇█'
-# What stands for a stretch in which nothing is measured.
-SIGNS = {Status.GAP: '_', Status.NO_DATA: '·', Status.OCCLUDED: 'o', Status.JUNCTION: 'x',
-         Status.LOW_CONFIDENCE: '?'}
 
 
 def view(profile: ThicknessProfile, advice: RateAdvice, width: int, age: float) -> Group:
@@ -37,7 +34,7 @@ def _numbers(profile: ThicknessProfile, advice: RateAdvice) -> str:
     target = (f', target {advice.target_thickness * MM_PER_M:.3f} mm'
               if advice.target_thickness > 0 else '')
     length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
-    statuses = ', '.join(f'{SIGNS[status]} {label(status)}' for status in SIGNS
+    statuses = ', '.join(f'{STATUS_SIGNS[status]} {label(status)}' for status in STATUS_SIGNS
                          if (profile.status == status).any())
     return (f'0 to {length_mm:.1f} mm: {mean}{target}, {summary.coverage:.0%} known'
             + (f';  {statuses}' if statuses else ''))
@@ -57,7 +54,7 @@ def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> T
             continue
         status = Status(int(np.bincount(profile.status[part]).argmax()))
         if status != Status.MEASURED:
-            line.append(SIGNS[status], STATUS_COLOURS[status])
+            line.append(STATUS_SIGNS[status], STATUS_COLOURS[status])
             continue
         ratio = np.nanmedian(profile.thickness[part]) / reference
         height = int(np.clip(np.rint(ratio * len(BLOCKS) / 2), 1, len(BLOCKS)))

@@ -12,7 +12,10 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.bed import find_bed
-from bpc_perception.core.measurement.incremental import measure_across_path, PrintMemory
+from bpc_perception.core.measurement.cross_section.incremental import (
+    measure_across_path,
+    PrintMemory,
+)
 from bpc_perception.core.measurement.paper.method import measure_as_published
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.view import View

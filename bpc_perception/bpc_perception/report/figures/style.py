@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 import plotly.graph_objects as go
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.legend import STATUS_COLOURS, TARGET_COLOUR
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
@@ -56,9 +56,8 @@ def shade_statuses(figure: go.Figure, profile: ThicknessProfile) -> None:
     """Shade the stretches without a thickness by status, on FULL_HEIGHT_AXIS as ``yaxis2``."""
     for status in Status:
         if status != Status.MEASURED and (profile.status == status).any():
-            extents = run_extents(profile.status == status, profile.arc_length * MM_PER_M)
             figure.add_scatter(
-                **_stretch_outlines(extents), yaxis='y2', mode='lines', fill='toself',
+                **_stretch_outlines(profile.extents(status) * MM_PER_M), yaxis='y2', mode='lines', fill='toself',
                 fillcolor=STATUS_COLOURS[status], opacity=0.25, line={'width': 0},
                 name=label(status), hoverinfo='skip')
 

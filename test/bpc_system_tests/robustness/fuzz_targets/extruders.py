@@ -10,7 +10,7 @@ import ticlib
 from bpc_perception.core.config import PlungerConfig
 from bpc_perception.core.extruder.plunger import Plunger
 from bpc_perception.core.extruder.tic import ExtruderError, format_line, TicState
-from bpc_perception.drivers.extruder import SerialExtruder, TicExtruder
+from bpc_perception.drivers.extruders.devices import SerialExtruder, TicExtruder
 from bpc_perception.messages.extruder import extruder_from_message, extruder_to_message
 
 PLUNGER = PlungerConfig(lead=0.8e-3, bore=14e-3)

@@ -9,7 +9,7 @@ import pytest
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status
 from bpc_perception.core.session import Result
-from bpc_perception.report import paper_figures
+from bpc_perception.report import publication_figures
 
 MM = 1e-3
 NAMES = ('overlay', 'thickness', 'offset', 'map', 'histogram')
@@ -26,7 +26,7 @@ def result():
 
 @pytest.fixture(scope='module')
 def files(result):
-    return paper_figures.draw_figures(result, WidthTargets.constant(2 * MM))
+    return publication_figures.draw_figures(result, WidthTargets.constant(2 * MM))
 
 
 def test_every_figure_is_there_in_both_kinds(files):
@@ -65,10 +65,10 @@ def test_colours_are_those_of_the_legend(files):
 
 
 def test_the_same_result_gives_the_same_files(result, files):
-    assert paper_figures.draw_figures(result, WidthTargets.constant(2 * MM)) == files
+    assert publication_figures.draw_figures(result, WidthTargets.constant(2 * MM)) == files
 
 
 def test_nothing_measured_can_be_drawn():
     blind = Result(capture_of(band_image()), DOWN, profile_of(
         [np.nan] * 4, [Status.NO_DATA] * 4))
-    assert set(paper_figures.draw_figures(blind, None)) >= {'map.pdf', 'histogram.svg'}
+    assert set(publication_figures.draw_figures(blind, None)) >= {'map.pdf', 'histogram.svg'}

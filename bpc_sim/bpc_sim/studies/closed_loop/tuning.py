@@ -9,8 +9,8 @@ import numpy as np
 from bpc_sim.closed_loop.controllers import ProportionalIntegral
 from bpc_sim.closed_loop.model import ClosedLoopModel
 from bpc_sim.closed_loop.situations import make_situation, SITUATIONS
-from bpc_sim.studies.closedloop.outcome import rms
-from bpc_sim.studies.closedloop.trial import run_print
+from bpc_sim.studies.closed_loop.outcome import rms
+from bpc_sim.studies.closed_loop.trial import run_print
 
 PROPORTIONAL_GAINS = (0.0, 0.1, 0.2, 0.4, 0.6, 0.8)
 INTEGRAL_GAINS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)

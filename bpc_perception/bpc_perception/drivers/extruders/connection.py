@@ -8,7 +8,7 @@ import time
 from bpc_perception.core.config import ExtruderConfig
 from bpc_perception.core.extruder.tic import ExtruderError, TicState
 from bpc_perception.core.watch.back_off import BackOff
-from bpc_perception.drivers.extruder import Extruder, open_extruder, Refuse
+from bpc_perception.drivers.extruders.devices import Extruder, open_extruder, Refuse
 
 
 class ExtruderConnection:

@@ -8,7 +8,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from bpc_perception.core.capture.capture import Capture
-from bpc_perception.drivers import CameraError
+from bpc_perception.drivers.cameras import CameraError
 from bpc_perception.recording.bag import Bag, BagError
 from bpc_perception.recording.contents import captures
 

@@ -9,7 +9,7 @@ from plotly.subplots import make_subplots
 
 from bpc_sim.closed_loop.model import Trace
 from bpc_sim.closed_loop.situations import make_situation, SITUATIONS
-from bpc_sim.studies.closedloop.trial import run_print
+from bpc_sim.studies.closed_loop.trial import run_print
 
 COLOURS = {'none': '#999999', 'mass_balance': '#d9822b', 'pi': '#7a4fb5', 'advice': '#1f5fbf'}
 SEED = 0

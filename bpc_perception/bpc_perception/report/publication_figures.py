@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
 from bpc_perception.display.legend import (
     FULL_COLOUR_DEVIATION,
@@ -173,9 +173,8 @@ def draw_offset(axes: Axes, profile: ThicknessProfile) -> None:
 def _shade_statuses(axes: Axes, profile: ThicknessProfile) -> None:
     """Shade the stretches without a thickness by status."""
     for status in Status:
-        extents = run_extents(profile.status == status, profile.arc_length * MM_PER_M)
         if status != Status.MEASURED:
-            for index, (start, end) in enumerate(extents):
+            for index, (start, end) in enumerate(profile.extents(status) * MM_PER_M):
                 axes.axvspan(start, end, color=STATUS_COLOURS[status], alpha=0.25, linewidth=0,
                              label=label(status) if index == 0 else None)
 

@@ -31,10 +31,16 @@ from bpc_perception.core.measurement.cross_section.method import (
     CrossSections,
     measure_cross_sections,
 )
+from bpc_perception.core.measurement.cross_section.tiles import (
+    changes,
+    picture,
+    TILE_PX,
+    Tiles,
+    tiles_of,
+)
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_window
 from bpc_perception.core.measurement.side_points import SidePoints
-from bpc_perception.core.measurement.tiles import changes, picture, TILE_PX, Tiles, tiles_of
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.tangents import typical_spacing

@@ -6,9 +6,9 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array
 from bpc_sim.closed_loop.situations import make_situation, SITUATIONS
-from bpc_sim.studies.closedloop.figure import draw
-from bpc_sim.studies.closedloop.outcome import evaluate, Outcome, settled_deviation
-from bpc_sim.studies.closedloop.trial import CONTROLLERS, run_print
+from bpc_sim.studies.closed_loop.figure import draw
+from bpc_sim.studies.closed_loop.outcome import evaluate, Outcome, settled_deviation
+from bpc_sim.studies.closed_loop.trial import CONTROLLERS, run_print
 from bpc_sim.studies.study_runner import Row, Study
 
 

@@ -18,7 +18,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.config import ZividConfig
 from bpc_perception.core.watch.back_off import BackOff
-from bpc_perception.drivers import CameraError, WARN
+from bpc_perception.drivers.cameras import CameraError, WARN
 from bpc_perception.runtime.parameters import NodeConfig
 
 MILLIMETRE_M = np.float32(1e-3)  # the unit of the SDK
