@@ -10,8 +10,8 @@ def main() -> None:
     """Load the command line, which takes a second, and run it."""
     try:
         with exit_on_signal():
-            from bpc_perception import cli
-        cli.main()
+            from bpc_perception.cli.app import main as run_command
+        run_command()
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
 

@@ -44,7 +44,7 @@ def test_every_command_explains_itself(name: str) -> None:
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.parametrize('loaded', ['typer', 'bpc_perception.cli', 'bpc_perception.runtime.run'])
+@pytest.mark.parametrize('loaded', ['typer', 'bpc_perception.cli.app', 'bpc_perception.runtime.run'])
 def test_told_to_end_while_it_loads_it_just_ends(tmp_path: Path, loaded: str,
                                                  number: signal.Signals) -> None:
     bag = tmp_path / 'bag'
@@ -72,7 +72,7 @@ HANGS_AT_EXIT = """
 import ctypes
 import sys
 
-from bpc_perception.cli import main
+from bpc_perception.cli.app import main
 
 ctypes.CDLL(None).on_exit(ctypes.CDLL(None).pause, None)
 sys.argv = ['bpc', '--help']
@@ -84,7 +84,7 @@ import sys
 
 import rclpy
 
-from bpc_perception.cli import main
+from bpc_perception.cli.app import main
 
 rclpy.try_shutdown = ctypes.PyDLL(None).pause
 sys.argv = ['bpc', 'record', '--out', sys.argv[1]]

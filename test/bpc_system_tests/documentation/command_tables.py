@@ -8,7 +8,7 @@ from typing import Any
 
 import typer
 
-from bpc_perception.cli import app
+from bpc_perception.cli.app import app
 from bpc_system_tests.documentation.pages import DOCS
 
 PAGE = DOCS / 'reference' / 'commands.md'

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import typer
 
-from bpc_perception.cli import app
+from bpc_perception.cli.app import app
 from bpc_system_tests.documentation import command_tables
 from bpc_system_tests.documentation.pages import (
     all_code,

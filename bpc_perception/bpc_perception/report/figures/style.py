@@ -57,7 +57,8 @@ def shade_statuses(figure: go.Figure, profile: ThicknessProfile) -> None:
     for status in Status:
         if status != Status.MEASURED and (profile.status == status).any():
             figure.add_scatter(
-                **_stretch_outlines(profile.extents(status) * MM_PER_M), yaxis='y2', mode='lines', fill='toself',
+                **_stretch_outlines(profile.extents(status) * MM_PER_M), yaxis='y2',
+                mode='lines', fill='toself',
                 fillcolor=STATUS_COLOURS[status], opacity=0.25, line={'width': 0},
                 name=label(status), hoverinfo='skip')
 

@@ -1,0 +1,78 @@
+"""The ``bpc`` command.
+
+Typer makes options, types and help from the signatures of the functions.
+"""
+
+from __future__ import annotations
+
+import atexit
+from importlib.metadata import entry_points
+import logging
+import sys
+from typing import Any, NoReturn
+
+import typer
+
+from bpc_perception.cli import (
+    batch,
+    calibrate,
+    check,
+    compare,
+    live,
+    measure,
+    record,
+    recover,
+    replay,
+    test_suite,
+)
+from bpc_perception.cli.parts.terminal import show_held_warnings, WARNINGS
+from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED
+from bpc_perception.runtime.signals import end_in_time
+from bpc_perception.runtime.transport import shared_memory
+from bpc_perception.runtime.transport.dds_profiles import choose_profile
+
+# This class is of Click, which newer versions of Typer contain under another name.
+UsageError: Any = typer.BadParameter.__base__
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None,
+                  pretty_exceptions_enable=False,
+                  help='Live thickness feedback for robotic bioprinting. Also: ./bpc env prints '
+                       'the environment, for colcon and tools run by hand.')
+for name, command in (('demo', replay.demo), ('test', test_suite.run_tests),
+                      ('measure', measure.measure), ('replay', replay.replay),
+                      ('live', live.live), ('record', record.record),
+                      ('recover', recover.recover), ('batch', batch.batch),
+                      ('compare', compare.compare), ('check', check.check)):
+    app.command(name)(command)
+app.add_typer(calibrate.app, name='calibrate')
+# Commands of other packages, such as those of the simulator where it is installed.
+for entry in sorted(set(entry_points(group='bpc.commands'))):
+    app.command(entry.name)(entry.load())
+
+
+def main() -> None:
+    """Run the command; one line on stderr and exit status 2 for what cannot be done."""
+    choose_profile()
+    # Clean here, before any node starts: a node would do it while others run.
+    shared_memory.clean()
+    atexit.register(end_in_time)
+    logging.getLogger().addHandler(WARNINGS)
+    try:
+        status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)
+    except UsageError as error:
+        command = error.ctx.command_path if error.ctx else 'bpc'
+        refuse(f'{command}: {error.format_message()} ({command} --help says more)')
+    except (ValueError, OSError) as error:
+        refuse(f'bpc: {error}' + ''.join(f'; {text}' for text in WARNINGS.texts))
+    except typer.Abort:  # Ctrl-C
+        sys.exit(INTERRUPTED)
+    finally:
+        shared_memory.clean(leaving=True)  # of nodes whose memory others still had mapped
+    show_held_warnings()
+    sys.exit(status)
+
+
+def refuse(reason: str) -> NoReturn:
+    """End the command with this reason as one line on stderr."""
+    print(' '.join(reason.splitlines()), file=sys.stderr)
+    sys.exit(REFUSED)
