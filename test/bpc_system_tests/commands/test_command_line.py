@@ -44,7 +44,8 @@ def test_every_command_explains_itself(name: str) -> None:
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.parametrize('loaded', ['typer', 'bpc_perception.cli.app', 'bpc_perception.runtime.run'])
+@pytest.mark.parametrize('loaded', [
+    'typer', 'bpc_perception.cli.app', 'bpc_perception.runtime.run'])
 def test_told_to_end_while_it_loads_it_just_ends(tmp_path: Path, loaded: str,
                                                  number: signal.Signals) -> None:
     bag = tmp_path / 'bag'
