@@ -14,8 +14,7 @@ from bpc_perception.core.robot.kinematics import JOINTS
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import LBR_STATE_TYPE
 from bpc_perception.messages.stamps import ns_to_stamp
-from bpc_perception.messages.types import message_type
-from bpc_perception.recording.bag import BagError
+from bpc_perception.messages.types import message_type, MessageTypeError
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.run import run
 from bpc_sim.config import SimConfig
@@ -37,7 +36,7 @@ class SyntheticArmNode(Node):
         self._joint_states = self.create_publisher(
             JointState, topics.JOINTS, topics.EXTRUSION_QOS)
         self._lbr_states: Publisher | None = None
-        with suppress(BagError):  # the LBR stack is not installed
+        with suppress(MessageTypeError):  # the LBR stack is not installed
             self._lbr_state = message_type(LBR_STATE_TYPE)
             self._lbr_states = self.create_publisher(self._lbr_state, topics.LBR_STATE, 1)
         self._rate = SteadyRate(self._config.pose_rate)
