@@ -12,10 +12,10 @@ from bpc_perception.core.advice.rate_advice import Reason
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import AdviceConfig
 
-# Time in which a flow behind a long lag is to be right: at least this, or so many periods between
-# captures.
+# Time in which a flow behind a long lag has to be right: the longer of this time and this number
+# of periods between captures.
 HORIZON_S, HORIZON_PERIODS = 3.0, 1.0
-HELD_BAND = 3  # while correcting, the dead band is so many times narrower
+HELD_BAND = 3  # the dead band is narrower by this factor while correcting
 
 
 @dataclass(frozen=True)

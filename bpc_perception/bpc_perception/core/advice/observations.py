@@ -29,7 +29,7 @@ GAP_MARGIN_M = 1e-3  # next to a gap the bead tapers
 ESTABLISHED_SIGMA = 0.15
 SURE_SIGMAS = 3.0  # and by this many standard deviations.
 RISE = 0.7  # a rise of the logarithm by more is ink off the path,
-LONGEST_RISE = 10  # for at most so many observations
+LONGEST_RISE = 10  # for at most this number of observations
 
 
 @dataclass(frozen=True)

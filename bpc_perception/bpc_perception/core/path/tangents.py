@@ -7,7 +7,7 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.geometry import unit_vectors
 
-TYPICAL_POINTS = 1000  # at most so many tell what is typical of a path
+TYPICAL_POINTS = 1000  # at most this number tells what is typical of a path
 
 
 def smoothed_tangents(points: Array, index: Index, length: float) -> Array:

@@ -27,9 +27,11 @@ HALF = 0.5  # share of ink at an edge
 # A share this near to half is the end of a run of ink: it is neither ink nor bed.
 UNSURE = 0.1
 TYPICAL_HALF_LENGTH_M = 0.005  # of path over which the width to be expected is taken
-SIXTH = 6.0  # of a width: the middle third reaches so far to either side
-GAP_REACH = 2.4  # times that: so far to either side a gap must be bare, 0.4 of a width
-GAP_INK = 0.5  # times that: so much ink within it is no gap
+SIXTH = 6.0  # the middle third of a bead reaches a sixth of its width to either side
+# In these sixths: how far to either side a gap must be bare, 0.4 of a width, and from which length
+# on ink within that is no gap.
+GAP_REACH = 2.4
+GAP_INK = 0.5
 ACROSS_PX = np.arange(-2.0, 3.0)  # beside the path, where the end of a run is looked for
 LEAST_LEAN = 0.1  # of a pixel, that a ridge has to be shifted to hide anything
 

@@ -11,8 +11,10 @@ from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 
 TILE_PX = 8  # side of a square
-CHANGE_SIGMAS = 6.0  # a tile has changed if it differs by more than so many sigma of all tiles,
-LEAST_CHANGE = 2.0  # and by so much [grey levels]
+# A tile has changed if it differs by more than both of these: a multiple of the sigma of all
+# tiles, and grey levels.
+CHANGE_SIGMAS = 6.0
+LEAST_CHANGE = 2.0
 JURY = 1000  # tiles that tell the sigma
 
 

@@ -18,8 +18,8 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
     Sections,
 )
 
-SECTIONS_ASKED = 100  # about so many tell how much colours vary
-GLARE_SIGMAS = 5.0  # brighter than the bed by so many sigma is glare
+SECTIONS_ASKED = 100  # about this number tells how much colours vary
+GLARE_SIGMAS = 5.0  # what is brighter than the bed by this number of sigma is glare
 BED_CORE = 0.5  # share of what lies beside the path that is surely bed; the rest may be other ink
 INK_CORE = 0.95  # share of the ink that counts: shading and reflections are part of how it looks
 ROUNDS = 2  # of finding the direction in which ink and bed differ, and then the ink

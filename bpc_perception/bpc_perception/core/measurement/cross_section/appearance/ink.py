@@ -13,9 +13,9 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
     Sections,
 )
 
-SPECK_PX2 = 4.0  # smaller glare is noise,
-SURE_GLARE = 2.0  # unless somewhere it is brighter by so many times what makes glare
-HALO_PX = 2.5  # around glare the lens spreads its light so far
+SPECK_PX2 = 4.0  # glare on a smaller area is noise,
+SURE_GLARE = 2.0  # unless it exceeds the bed by this factor of what makes glare
+HALO_PX = 2.5  # the lens spreads the light of glare this far
 
 
 def ink_share(sections: Sections, appearance: Appearance) -> Floats:

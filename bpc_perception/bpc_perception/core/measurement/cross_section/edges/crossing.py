@@ -13,8 +13,10 @@ from bpc_perception.core.measurement.cross_section.sections.sections import SAMP
 PLATEAU_PX = (1.5, 3.5)  # from the edge to where its two levels are read
 NEAR, FAR = (round(distance / SAMPLE_STEP_PX) for distance in PLATEAU_PX)  # the same in samples
 ROUNDS = 3  # of reading levels and moving the edge
-FULLEST = 0.9  # quantile of the ink beside an edge that shows its level in spite of a reflection,
-FULLEST_LESS, FULLEST_LESS_NOISE = 0.1, 2.0  # less so much, or so many times the noise
+# A quantile of the ink beside an edge shows its level in spite of a reflection. From it is taken
+# the larger of this share and this multiple of the noise.
+FULLEST = 0.9
+FULLEST_LESS, FULLEST_LESS_NOISE = 0.1, 2.0
 LEAST_STEP, LEAST_INNER, MOST_OUTER = 0.3, 0.3, 0.5  # of shares of ink, that make an edge
 MOST_SHIFT = 1.0  # from the half-way crossing to where ink outside and bed inside agree [samples]
 

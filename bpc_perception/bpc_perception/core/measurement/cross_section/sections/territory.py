@@ -14,7 +14,7 @@ LARGEST_MAP_CELLS = 1000  # along its longer side
 # From which share of the clearance bed is expected: close to other strands only half-way to them,
 # in the open farther out, where nothing that lies beside the bead is taken for bed.
 CLOSE_BED, OPEN_BED_GAIN = 0.85, 0.35
-NEIGHBOURS = 4  # so many path points along the path are near to any place
+NEIGHBOURS = 4  # path points that are near to a place on their own pass
 
 
 @dataclass(frozen=True)
