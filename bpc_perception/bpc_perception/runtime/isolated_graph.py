@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+import gc
 import os
 import random
 import socket
@@ -46,6 +47,7 @@ class Graph:
         rclpy.init(context=self.context, domain_id=domain)
         self.executor = SingleThreadedExecutor(context=self.context)
         self._nodes: list[Any] = []
+        self._half_made = False  # whether a node refused to be made
 
     def make(self, kind: Callable[..., Any], *args: Any, **parameters: Any) -> Any:
         """Make a node; keywords are parameter overrides, with __ for the dot in their names."""
@@ -53,7 +55,11 @@ class Graph:
 
         overrides = [Parameter(name.replace('__', '.'), value=value)
                      for name, value in parameters.items()]
-        node = kind(*args, context=self.context, parameter_overrides=overrides)
+        try:
+            node = kind(*args, context=self.context, parameter_overrides=overrides)
+        except BaseException:
+            self._half_made = True
+            raise
         self._nodes.append(node)
         self.executor.add_node(node)
         return node
@@ -72,3 +78,5 @@ class Graph:
         for node in self._nodes:
             node.destroy_node()
         self.context.try_shutdown()
+        if self._half_made:  # or else it stays in the graph until somebody happens to collect
+            gc.collect()
