@@ -89,8 +89,10 @@ def start_print(listener: Listener, nodes: Nodes, measuring: Nodes,
     nodes.start('bpc_sim.nodes.extruder', **job)
     nodes.start('bpc_perception.nodes.camera_driver', back_end='synthetic', rate=CAMERA_RATE_HZ,
                 **job)
+    # A node is known by name before its publishers are: the first profile would be missed.
+    results = {topics.PROFILE, topics.ADVICE}
     listener.wait(lambda: all(listener.node.count_publishers(name)
-                              for name in topics.PRINT | topics.CAMERA), nodes)
+                              for name in topics.PRINT.keys() | topics.CAMERA | results), nodes)
     assert time.time_ns() < start_ns, 'the machine has become slower meanwhile'
     return start_ns, start_ns + round(JOB.duration * 1e9)
 
