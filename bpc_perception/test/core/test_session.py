@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from perception_builders import (
+    at_ns,
     band_image,
     bed,
     capture_of,
@@ -34,15 +35,11 @@ CONFIG = ThicknessConfig(method='paper', patience=2.0,
 IMAGE = band_image()
 
 
-def at(time: float) -> int:
-    return START_NS + round(time * SECOND)
-
-
 def path(complete_until: float, finished: bool = False, print_id: str = 'one',
          start: float = 0.0) -> DepositionPath:
     """A path over the band, which takes 1.6 s."""
-    whole = pixel_path((40, 55), (120, 55), 81, print_id=print_id, start_ns=at(start))
-    return replace(whole.until(at(start + complete_until)), complete_until=complete_until,
+    whole = pixel_path((40, 55), (120, 55), 81, print_id=print_id, start_ns=at_ns(start))
+    return replace(whole.until(at_ns(start + complete_until)), complete_until=complete_until,
                    finished=finished)
 
 
@@ -50,7 +47,7 @@ def session(*stamps: float, hand_eye: HandEye = ON_BASE, image: Array | None = N
     """A session with captures of these stamps, received at time 0."""
     made = Session(CONFIG, hand_eye)
     for stamp in stamps:
-        made.add_capture(capture_of(IMAGE if image is None else image, at(stamp)))
+        made.add_capture(capture_of(IMAGE if image is None else image, at_ns(stamp)))
     return made
 
 
@@ -169,7 +166,7 @@ def test_two_prints_back_to_back_share_nothing() -> None:
     made.set_path(path(1.6, finished=True))
     first, = made.results()
     made.set_path(path(1.5, print_id='two', start=2.0))
-    made.add_capture(capture_of(IMAGE, at(3.4)))
+    made.add_capture(capture_of(IMAGE, at_ns(3.4)))
     second, = made.results()
     alone = session(3.4)
     alone.set_path(path(1.5, print_id='two', start=2.0))
@@ -188,18 +185,18 @@ def test_a_path_of_one_point_is_refused_and_the_next_measured(count: int, method
     made = Session(replace(CONFIG, method=method), ON_BASE)
     whole = path(1.6, finished=True)
     made.set_path(whole.where(np.arange(len(whole)) < count))
-    made.add_capture(capture_of(IMAGE, at(1.6)))
+    made.add_capture(capture_of(IMAGE, at_ns(1.6)))
     result, = made.results()
     assert result.refusal == f'path: expected 2 points or more before the capture, found {count}'
     made.set_path(whole)
-    made.add_capture(capture_of(IMAGE, at(1.7)))
+    made.add_capture(capture_of(IMAGE, at_ns(1.7)))
     result, = made.results()
     assert result.profile is not None
 
 
 def test_what_cannot_be_measured_is_refused_with_the_reason() -> None:
     made = session(1.0)
-    nothing = capture_of(IMAGE, at(1.2))
+    nothing = capture_of(IMAGE, at_ns(1.2))
     nothing.cloud[:] = np.nan
     made.add_capture(nothing)
     made.set_path(path(1.6))
@@ -213,7 +210,7 @@ def test_captures_are_numbered_within_their_print() -> None:
     made = session(1.0, 1.1)
     made.set_path(path(1.6, finished=True))
     numbers = [result.profile.capture for result in made.results() if result.profile]
-    made.add_capture(capture_of(IMAGE, at(11.0)))
+    made.add_capture(capture_of(IMAGE, at_ns(11.0)))
     made.set_path(path(1.6, finished=True, print_id='two', start=10.0))
     numbers += [result.profile.capture for result in made.results() if result.profile]
     assert numbers == [0, 1, 0]
@@ -233,7 +230,7 @@ def test_clear_forgets_captures_and_path() -> None:
     made.set_path(path(0.5))
     made.clear()
     assert list(made.results(finish=True)) == []
-    made.add_capture(capture_of(IMAGE, at(0.4)))
+    made.add_capture(capture_of(IMAGE, at_ns(0.4)))
     result, = made.results(finish=True)
     assert result.refusal == 'path: expected a print, found none started'
 
@@ -263,7 +260,7 @@ def test_in_hand_the_flange_pose_is_interpolated_at_the_stamp() -> None:
         moved = T_base_flange.copy()
         moved[:3, :3] = turned[:3, :3] @ T_base_flange[:3, :3]
         moved[:3, 3] += side * np.array((0.01, -0.02, 0.005))
-        assert made.add_flange_pose(at(time), moved)
+        assert made.add_flange_pose(at_ns(time), moved)
     result, = made.results()
     assert result.T_base_camera is not None
     np.testing.assert_allclose(result.T_base_camera, DOWN, atol=1e-12)
@@ -277,7 +274,7 @@ def test_in_hand_the_camera_pose_moves_with_the_flange() -> None:
     made.set_path(replace(path(1.6, finished=True),
                           points=transform(T, path(1.6, finished=True).points)))
     for time in (0.99, 1.01):
-        made.add_flange_pose(at(time), flange(T @ DOWN))
+        made.add_flange_pose(at_ns(time), flange(T @ DOWN))
     result, = made.results()
     assert result.profile is not None
     np.testing.assert_allclose(result.profile.thickness, 2.2e-3, atol=1.01 * PIXEL)
@@ -285,9 +282,9 @@ def test_in_hand_the_camera_pose_moves_with_the_flange() -> None:
 
 def test_in_hand_a_capture_waits_for_a_later_pose() -> None:
     made = in_hand()
-    made.add_flange_pose(at(0.99), flange(DOWN))
+    made.add_flange_pose(at_ns(0.99), flange(DOWN))
     assert list(made.results()) == []
-    made.add_flange_pose(at(1.0), flange(DOWN))
+    made.add_flange_pose(at_ns(1.0), flange(DOWN))
     assert len(list(made.results())) == 1
 
 
@@ -295,7 +292,7 @@ def test_in_hand_a_capture_waits_for_a_later_pose() -> None:
 def test_in_hand_without_poses_close_by_a_capture_is_refused(times: tuple[float, ...]) -> None:
     made = in_hand()
     for time in times:
-        made.add_flange_pose(at(time), flange(DOWN))
+        made.add_flange_pose(at_ns(time), flange(DOWN))
     result, = made.results(now_ns=3 * SECOND)
     assert result.profile is None
     assert result.refusal.startswith('end_effector_pose: expected poses around the capture')

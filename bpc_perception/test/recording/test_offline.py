@@ -7,7 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from perception_builders import band_image, capture_of, DOWN, pose, SECOND, START_NS, surface
+from perception_builders import (
+    at_ns,
+    band_image,
+    capture_of,
+    DOWN,
+    pose,
+    SECOND,
+    surface,
+)
 import pytest
 
 from bpc_perception.core.config import AdviceConfig, PathConfig, RecorderConfig, ThicknessConfig
@@ -57,24 +65,20 @@ class Recorded(Bag):
 def robot(time: float, stamped: float | None = None) -> Iterable[Entry]:
     """The tip moves along the band for 3.2 s, and then stands."""
     tip = START + np.array((SPEED * min(time, 3.2), 0, 0))
-    stamp_ns = at(time if stamped is None else stamped)
-    yield topics.POSE, at(time), pose_to_message(stamp_ns, '', pose(tip))
+    stamp_ns = at_ns(time if stamped is None else stamped)
+    yield topics.POSE, at_ns(time), pose_to_message(stamp_ns, '', pose(tip))
 
 
 def extruder(time: float, stamped: float | None = None) -> Iterable[Entry]:
     state = ExtrusionState(extruding=time <= 3.2, plunger_velocity=1e-4, flow_rate=5e-8)
-    state.header.stamp = ns_to_stamp(at(time if stamped is None else stamped))
-    yield topics.EXTRUSION, at(time), state
+    state.header.stamp = ns_to_stamp(at_ns(time if stamped is None else stamped))
+    yield topics.EXTRUSION, at_ns(time), state
 
 
 def camera(time: float, stamped: float | None = None) -> Iterable[Entry]:
-    capture = capture_of(band_image(), at(time if stamped is None else stamped))
+    capture = capture_of(band_image(), at_ns(time if stamped is None else stamped))
     for name, message in zip(topics.CAMERA, capture_to_messages(capture), strict=True):
-        yield name, at(time), message
-
-
-def at(time: float) -> int:
-    return START_NS + round(time * SECOND)
+        yield name, at_ns(time), message
 
 
 def recorded(poses_until: float = 4.0, captures: Iterable[float] = CAPTURES) -> list[Entry]:
@@ -107,8 +111,8 @@ def expected() -> list[str]:
 LOG_TIMES: dict[str, Callable[[int], int]] = {
     'another clock': lambda log_ns: log_ns - 3600 * SECOND,
     'a clock ahead': lambda log_ns: log_ns + 3600 * SECOND,
-    'a clock set forward': lambda log_ns: log_ns + 3600 * SECOND * (log_ns > at(1.505)),
-    'a clock set back': lambda log_ns: log_ns - 3600 * SECOND * (log_ns > at(1.505)),
+    'a clock set forward': lambda log_ns: log_ns + 3600 * SECOND * (log_ns > at_ns(1.505)),
+    'a clock set back': lambda log_ns: log_ns - 3600 * SECOND * (log_ns > at_ns(1.505)),
     'none': lambda _: 0}
 
 
@@ -132,7 +136,7 @@ def test_messages_of_the_future_spoil_no_recording(
         source: Callable[[float, float], Iterable[Entry]], when: float,
         expected: list[str], caplog: pytest.LogCaptureFixture) -> None:
     entries = recorded()
-    index = next(index for index, (_, log_ns, _) in enumerate(entries) if log_ns >= at(when))
+    index = next(index for index, (_, log_ns, _) in enumerate(entries) if log_ns >= at_ns(when))
     entries[index:index] = source(when, when + 60)
     assert told(measured(Recorded(entries))) == expected
     assert 'expected a stamp of the past, found one of the future' in caplog.text

@@ -16,10 +16,10 @@ from sensor_msgs.msg import Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import ExtrusionState
+from bpc_perception.display.units import NS_PER_S
 from bpc_perception.messages import topics
 from bpc_system_tests.parts.spoiled_captures import CHANGES, Messages
 
-NS_PER_S = 10**9
 PADDING_BYTES = 64  # added to each row
 
 

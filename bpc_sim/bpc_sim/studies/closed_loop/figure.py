@@ -7,6 +7,7 @@ from typing import Any
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from bpc_perception.display.units import MM_PER_M
 from bpc_sim.closed_loop.model import Trace
 from bpc_sim.closed_loop.situations import make_situation, SITUATIONS
 from bpc_sim.studies.closed_loop.trial import run_print
@@ -14,7 +15,6 @@ from bpc_sim.studies.closed_loop.trial import run_print
 COLOURS = {'none': '#999999', 'mass_balance': '#d9822b', 'pi': '#7a4fb5', 'advice': '#1f5fbf'}
 SEED = 0
 POINT_STRIDE = 5  # along the path: a point each millimetre
-MM_PER_M = 1e3
 
 
 def draw() -> str:
