@@ -130,8 +130,8 @@ def play(playback: Playback, terminal: Terminal, page: bool) -> tuple[Monitor, b
                         use_sim_time=True) as nodes):
         start_measuring_nodes(nodes, playback)
         # Start the player last: it begins as soon as anyone listens.
-        monitor.spin_until(lambda: monitor.sees('path_recorder', 'thickness', 'camera_driver'),
-                           check=nodes.check)
+        monitor.spin_until(lambda: (monitor.sees('path_recorder', 'thickness', 'camera_driver')
+                                    and monitor.hears_results()), check=nodes.check)
         player = playback.player
         nodes.start('bpc_perception.nodes.bag_player', bag=player.bag, rate=player.rate,
                     loop=player.loop, use_sim_time=False)

@@ -38,7 +38,9 @@ class SyntheticArmNode(Node):
         self._lbr_states: Publisher | None = None
         with suppress(MessageTypeError):  # the LBR stack is not installed
             self._lbr_state = message_type(LBR_STATE_TYPE)
-            self._lbr_states = self.create_publisher(self._lbr_state, topics.LBR_STATE, 1)
+            # Deeper than the stack's own: after the process was held up, many are sent at once.
+            self._lbr_states = self.create_publisher(
+                self._lbr_state, topics.LBR_STATE, topics.EXTRUSION_QOS)
         self._rate = SteadyRate(self._config.pose_rate)
         self.create_timer(1.0 / self._config.pose_rate, self._publish_due)
 

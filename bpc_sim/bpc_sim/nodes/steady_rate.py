@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-MAX_DELAY_NS = 500_000_000  # samples of a pause up to this are sent late; a longer one is skipped
+# Samples of a pause up to this are sent late; a longer one is skipped. A busy computer holds a
+# process up for most of a second; a robot goes on meanwhile.
+MAX_DELAY_NS = 2_000_000_000
 
 
 class SteadyRate:

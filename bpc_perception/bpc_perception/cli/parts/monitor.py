@@ -117,6 +117,13 @@ class Monitor:
         """Return whether nodes of all these names are there."""
         return set(names) <= set(self.node.get_node_names())
 
+    def hears_results(self) -> bool:
+        """Return whether profiles and advice have a publisher.
+
+        A node is known by name before its publishers are: its first result would be missed.
+        """
+        return all(self.publishers(name) for name in (topics.PROFILE, topics.ADVICE))
+
     def _on_profile(self, message: ThicknessProfileMsg) -> None:
         try:
             profile = profile_from_message(message)
