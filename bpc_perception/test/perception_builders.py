@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.extruder.sample import ExtruderSample
@@ -89,7 +89,7 @@ def path_through(points: Array, start_ns: int = START_NS, speed: float = 0.01,
         print_id=print_id, start_ns=start_ns, complete_until=float(time[-1]) if len(time) else 0.0,
         finished=finished, time=time, arc_length=arc, points=np.asarray(points, float),
         plunger_velocity=np.full(len(points), 1e-4), flow_rate=np.full(len(points), 1e-8),
-        extruding=on)
+        extruding=on, extruder_known=np.ones(len(points), bool))
 
 
 def pixel_path(start: Sequence[float], end: Sequence[float], count: int = 41,
@@ -115,9 +115,15 @@ def profile_of(thickness: Sequence[float], status: Sequence[int] | None = None, 
         stamp_ns=START_NS + round((last + delay) * SECOND), print_id='print',
         print_start_ns=START_NS, capture=3, method='paper', time=time, arc_length=arc,
         points=points, extruding=np.ones(count, bool) if extruding is None
-        else np.array(extruding, bool), status=statuses, thickness=values,
+        else np.array(extruding, bool), extruder_known=np.ones(count, bool),
+        stroke=np.ones(count, np.intp), status=statuses, thickness=values,
         sigma=np.full(count, 1e-5), left=values / 2, right=values / 2, left_points=points + side,
         right_points=points - side, processing_time=0.25)
+
+
+def one_piece(count: int) -> Index:
+    """The numbers of the pieces of a path that is unbroken."""
+    return np.zeros(count, np.intp)
 
 
 def along_x(times: Array, speed: float = SPEED) -> Array:
@@ -134,7 +140,7 @@ def path_bytes(path: DepositionPath, count: int | None = None) -> list[bytes]:
     """The arrays of the first ``count`` points to the last bit."""
     return [array[:count].tobytes() for array in (
         path.time, path.arc_length, path.points, path.plunger_velocity, path.flow_rate,
-        path.extruding)]
+        path.extruding, path.extruder_known)]
 
 
 def advice_of(reason: Reason, valid: bool = True, **others: float) -> RateAdvice:

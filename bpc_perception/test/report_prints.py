@@ -31,7 +31,8 @@ def strand_result():
         np.eye(4),
         ThicknessProfile(
             stamp_ns=10**9, print_id=NASTY, print_start_ns=0, capture=0, method='paper',
-            time=x, arc_length=x, points=points, extruding=np.ones(count, bool), status=status,
+            time=x, arc_length=x, points=points, extruding=np.ones(count, bool),
+            extruder_known=np.ones(count, bool), stroke=np.ones(count, np.intp), status=status,
             thickness=np.where(status == Status.GAP, 0.0, 2 * MM), sigma=0.1 * MM * measured,
             left=MM * measured, right=MM * measured,
             left_points=(points - (0, MM, 0)) * measured[:, None],
@@ -48,7 +49,7 @@ def vase_profile():
         stamp_ns=START_NS + 10 * 10**9, print_id='vase', print_start_ns=START_NS, capture=1,
         method='paper', time=np.array((0.0, 0.5, 1.000000001, 1.5)),
         arc_length=np.arange(4) * MM, points=np.outer(np.arange(4), (MM, 0, 0)),
-        extruding=np.ones(4, bool),
+        extruding=np.ones(4, bool), extruder_known=np.ones(4, bool), stroke=np.ones(4, np.intp),
         status=np.array((Status.MEASURED, Status.GAP, Status.NO_DATA, Status.MEASURED), np.uint8),
         thickness=np.array((2 * MM, 0.0, nan, 4 * MM)), sigma=np.array((0.1 * MM, nan, nan, MM)),
         left=np.array((1.5 * MM, nan, nan, 2.5 * MM)),

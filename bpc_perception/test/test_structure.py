@@ -39,9 +39,10 @@ EXTRAS = {'matplotlib', 'dask', 'distributed', 'pyarrow'}
 FLOOR_PLAN = {
     'bpc_perception': (
         'core.arrays', 'core.geometry', 'core.filters', 'core.parameter', 'core.robot',
-        'core.config', 'core.extruder', 'core.capture', 'core.path', 'core.profile',
-        'core.measurement.view', 'core.measurement.bed', 'core.measurement.scale',
-        'core.measurement.side_points', 'core.measurement.samples',
+        'core.config', 'core.extruder', 'core.capture', 'core.path',
+        'core.stroke_ends', 'core.profile', 'core.measurement.view', 'core.measurement.bed',
+        'core.measurement.scale', 'core.measurement.side_points', 'core.measurement.samples',
+        'core.measurement.track',
         'core.measurement.cross_section.sections', 'core.measurement.cross_section.appearance',
         'core.measurement.cross_section.edges', 'core.measurement.cross_section',
         'core.measurement.paper', 'core.measurement',

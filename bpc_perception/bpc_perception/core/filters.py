@@ -1,4 +1,4 @@
-"""Medians of arrays with unknown values."""
+"""Medians and means of arrays with unknown values, and in pieces that must not be mixed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from bpc_perception.core.arrays import Array, Flags
+from bpc_perception.core.arrays import Array, Flags, Index
 
 LONGEST_SORTED_WINDOW = 19  # up to which sorting is quicker than a filter [values]
 
@@ -34,24 +34,79 @@ def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
     return np.asarray(middle, np.float64)
 
 
-def running_median(values: Array, window: int) -> Array:
+def runs(piece: Index) -> tuple[Index, Index]:
+    """Return the first index of the run of equal numbers around each (N,), and that behind it."""
+    begins = np.flatnonzero(np.concatenate(([True], piece[1:] != piece[:-1])))[:len(piece)]
+    borders = np.append(begins, len(piece))
+    length = np.diff(borders)
+    return np.repeat(begins, length), np.repeat(borders[1:], length)
+
+
+def thinned(piece: Index, step: int) -> Index:
+    """Return the index (K,) of every ``step``-th row of each piece (N,), and of its last."""
+    first, end = runs(piece)
+    row = np.arange(len(piece))
+    return np.flatnonzero(((row - first) % step == 0) | (row == end - 1))
+
+
+def running_median(values: Array, window: int, piece: Index) -> Array:
     """Return the running medians (N, ...) of values (N, ...) over ``window`` neighbours.
 
-    NaN is replaced first, linearly between the known values around and by the nearest at the
-    ends. A column of NaN alone stays NaN.
+    Neighbours are of the same piece (N,), as numbered. NaN is replaced first, linearly between the
+    known values around and by the nearest at the ends. A column of NaN alone stays NaN.
     """
     columns = values.reshape(len(values), -1)
     result = np.empty_like(columns)
     index = np.arange(len(values))
-    window = min(window, len(values))
+    begins = np.unique(piece, return_index=True)[1]
     for number, column in enumerate(columns.T):
         known = np.flatnonzero(np.isfinite(column))
         if len(known) == 0:
             result[:, number] = np.nan
             continue
         filled = column if len(known) == len(column) else np.interp(index, known, column[known])
-        result[:, number] = _filtered(filled, window)
+        result[:, number] = _filtered_in_pieces(filled, window, begins)
     return result.reshape(values.shape)
+
+
+def running_mean(values: Array, window: int, piece: Index) -> Array:
+    """Return the mean of the known values (N, K) over ``window`` neighbours.
+
+    Neighbours are of the same piece (N,). NaN where none of them is known.
+    """
+    first, end = runs(piece)
+    index, half = np.arange(len(values)), window // 2
+    low, high = np.maximum(index - half, first), np.minimum(index + half + 1, end)
+    known = np.isfinite(values)
+    total, count = (np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(kind, axis=0)))
+                    for kind in (np.where(known, values, 0.0), known))
+    among = count[high] - count[low]
+    return np.divide(total[high] - total[low], among, out=np.full(values.shape, np.nan),
+                     where=among > 0)
+
+
+def _filtered_in_pieces(values: Array, window: int, begins: Index) -> Array:
+    """Return the running median of values (N,) in pieces that begin at an index (S,)."""
+    borders = np.append(begins, len(values))
+    length = np.diff(borders)
+    result = np.empty_like(values)
+    for start, end in zip(borders[:-1][length < window], borders[1:][length < window],
+                          strict=True):
+        result[start:end] = _filtered(values[start:end], int(end - start))
+    long = np.flatnonzero(length >= window)
+    if len(long) == 1:
+        part = slice(borders[long[0]], borders[long[0] + 1])
+        result[part] = _filtered(values[part], window)
+    elif len(long):
+        # One pass over all: between pieces, their ends are repeated as far as a window reaches.
+        half = window // 2
+        place = np.concatenate([np.arange(borders[one] - half, borders[one + 1] + half)
+                                for one in long])
+        piece = np.repeat(long, length[long] + 2 * half)
+        inner = np.clip(place, borders[piece], borders[piece + 1] - 1)
+        own = inner == place
+        result[place[own]] = _filtered(values[inner], window)[own]
+    return result
 
 
 def _filtered(values: Array, window: int) -> Array:

@@ -9,7 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array, Flags
+from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.filters import runs
+from bpc_perception.core.stroke_ends import Strokes, StrokeSamples
 
 StatusArray = NDArray[np.uint8]
 
@@ -23,6 +25,8 @@ class Status(IntEnum):
     OCCLUDED = 3
     JUNCTION = 4
     LOW_CONFIDENCE = 5
+    BARE = 6
+    OOZE = 7
 
 
 @dataclass(frozen=True)
@@ -33,9 +37,12 @@ class Summary:
         thickness_mean, thickness_std: mean and standard deviation over the MEASURED samples [m];
             NaN without any.
         thickness_q1, thickness_median, thickness_q3: their quartiles [m]; NaN without any.
-        coverage: share of the samples that are MEASURED or GAP; NaN without samples.
+        coverage: share of the strokes' samples that are MEASURED or GAP; NaN without any.
         gap_count: number of gaps.
         gap_length: their length together [m].
+        ooze_count: number of stretches of travel on which ink is seen.
+        ooze_length: their length together [m].
+        bare_length: length of travel along the bed on which none is seen [m].
         offset_mean: mean offset of the deposit's middle from the path, over the MEASURED samples,
             positive to the left of the direction of travel [m]; NaN without any.
         offset_rms: root mean square of the offset [m]. It shows a shift of the whole print, which
@@ -50,6 +57,9 @@ class Summary:
     coverage: float
     gap_count: int
     gap_length: float
+    ooze_count: int
+    ooze_length: float
+    bare_length: float
     offset_mean: float
     offset_rms: float
 
@@ -67,7 +77,9 @@ class ThicknessProfile:
         time: (N,) when the nozzle passed [s after print_start_ns].
         arc_length: (N,) along the path [m].
         points: (N, 3) nozzle tip in the robot base frame [m].
-        extruding: (N,) whether ink was being pushed out.
+        extruding: (N,) whether ink was being pushed out; False where unknown.
+        extruder_known: (N,) whether the extruder's state is known.
+        stroke: (N,) number of the stroke, from 1; 0 = travel.
         status: (N,) values of Status, uint8.
         thickness: (N,) [m]; NaN unless MEASURED, or GAP (0).
         sigma: (N,) 1-sigma uncertainty of thickness [m]; NaN unless MEASURED.
@@ -85,6 +97,8 @@ class ThicknessProfile:
     arc_length: Array
     points: Array
     extruding: Flags
+    extruder_known: Flags
+    stroke: Index
     status: StatusArray
     thickness: Array
     sigma: Array
@@ -98,20 +112,55 @@ class ThicknessProfile:
         return len(self.time)
 
     @cached_property
+    def missing(self) -> Flags:
+        """Where (N,) ink is missing: GAP, but for what the lag of a stroke's start explains."""
+        missing: Flags = (self.status == Status.GAP) & ~self._stroke_samples.late()
+        return missing
+
+    @cached_property
     def gaps(self) -> Array:
         """Arc lengths (G, 2) at which each gap starts and ends [m].
 
-        What is one gap is decided here: an uninterrupted run of GAP. Whoever counts or draws gaps
-        asks this; advice looks at those of its window alone.
+        What is one gap is decided here: an uninterrupted run of missing ink in one stroke. Whoever
+        counts or draws gaps asks this; advice looks at those of its window alone.
         """
-        return self.extents(Status.GAP)
+        return self.runs_of(self.missing)
+
+    @cached_property
+    def ooze(self) -> Array:
+        """Arc lengths (O, 2) at which ink on travel starts and ends [m].
+
+        What the lag of a stroke's end explains is none.
+        """
+        return self.runs_of((self.status == Status.OOZE) & ~self._stroke_samples.running_on())
+
+    @cached_property
+    def strokes(self) -> Strokes:
+        """The strokes in order: where ink was commanded, and where it began and ended."""
+        return self._stroke_samples.find()
 
     def extents(self, status: Status) -> Array:
         """Return the arc lengths (R, 2) at which each run of a status starts and ends [m].
 
-        A sample stands for the path up to half-way to its neighbours.
+        A sample stands for the path up to half-way to its neighbours in its stroke, or travel.
         """
-        return run_extents(self.status == status, self.arc_length)
+        return self.runs_of(self.status == status)
+
+    def runs_of(self, mask: Flags) -> Array:
+        """Return the arc lengths (R, 2) of runs of samples (N,) in one stroke or travel each."""
+        first, end = runs(self.stroke)
+        parts = [slice(start, int(end[start])) for start in np.unique(first[mask]).tolist()]
+        return np.concatenate([np.empty((0, 2)), *(
+            run_extents(mask[part], self.arc_length[part]) for part in parts)])
+
+    @cached_property
+    def _stroke_samples(self) -> StrokeSamples:
+        status = self.status
+        return StrokeSamples(
+            self.stroke, self.arc_length, self.time, inked=status == Status.MEASURED,
+            bare=status == Status.GAP, ooze=status == Status.OOZE,
+            doubtful=((status == Status.LOW_CONFIDENCE)
+                      | ((status == Status.NO_DATA) & (self.stroke == 0))))
 
     @cached_property
     def summary(self) -> Summary:
@@ -120,14 +169,15 @@ class ThicknessProfile:
         q1, median, q3 = (np.percentile(measured, (25, 50, 75)) if len(measured)
                           else (np.nan, np.nan, np.nan))
         offset = (self.left - self.right)[self.status == Status.MEASURED] / 2
-        known = (self.status == Status.MEASURED) | (self.status == Status.GAP)
+        known = np.isin(self.status[self.stroke > 0], (Status.MEASURED, Status.GAP))
         return Summary(
             thickness_mean=_mean(measured),
             thickness_std=float(measured.std()) if len(measured) else np.nan,
             thickness_q1=float(q1), thickness_median=float(median), thickness_q3=float(q3),
             coverage=_mean(known),
-            gap_count=len(self.gaps),
-            gap_length=float((self.gaps[:, 1] - self.gaps[:, 0]).sum()),
+            gap_count=len(self.gaps), gap_length=_length(self.gaps),
+            ooze_count=len(self.ooze), ooze_length=_length(self.ooze),
+            bare_length=_length(self.extents(Status.BARE)),
             offset_mean=_mean(offset),
             offset_rms=float(np.sqrt(_mean(offset**2))))
 
@@ -143,6 +193,11 @@ class ThicknessProfile:
                 f'path, found it {1e3 * found.offset_rms:.2f} mm off (root mean square; '
                 f'{1e3 * found.offset_mean:+.2f} mm to the left on average); check the hand-eye '
                 'calibration and the nozzle offset')
+
+
+def _length(extents: Array) -> float:
+    """Return the length of extents (R, 2) together [m]."""
+    return float((extents[:, 1] - extents[:, 0]).sum())
 
 
 def _mean(values: Array | Flags) -> float:

@@ -16,6 +16,8 @@ STATUS_COLOURS = {
     Status.OCCLUDED: '#000000',
     Status.JUNCTION: '#CC79A7',
     Status.LOW_CONFIDENCE: '#E69F00',
+    Status.BARE: '#C8C8C8',
+    Status.OOZE: '#8E5BD0',
 }
 # Where there is room for a letter only: what stands for a stretch in which nothing is measured.
 STATUS_SIGNS = {
@@ -24,6 +26,8 @@ STATUS_SIGNS = {
     Status.OCCLUDED: 'o',
     Status.JUNCTION: 'x',
     Status.LOW_CONFIDENCE: '?',
+    Status.BARE: ' ',
+    Status.OOZE: '~',
 }
 LEFT_COLOUR, RIGHT_COLOUR = '#56B4E9', '#009E73'
 WINDOW_COLOUR = '#F0E442'

@@ -14,11 +14,13 @@ from bpc_perception.display.units import MM_PER_M
 
 MEANINGS = {
     Status.MEASURED: 'a thickness, with its uncertainty',
-    Status.GAP: 'the bed is seen and carries no ink',
+    Status.GAP: 'ink was commanded, and the bed is seen without any',
     Status.NO_DATA: 'outside the image, no depth, or glare',
     Status.OCCLUDED: 'something stands in front, such as the nozzle',
     Status.JUNCTION: 'the path crosses or touches itself; no single width',
     Status.LOW_CONFIDENCE: 'seen, but not well enough to give a number',
+    Status.BARE: 'travel: no ink was commanded, and none is seen',
+    Status.OOZE: 'travel: no ink was commanded, and ink is seen',
 }
 REASONS = {
     Reason.ON_TARGET: 'on target',

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
 from typing import Any
@@ -64,7 +64,7 @@ def points_of(message: Any, prefix: str) -> Array:
     return np.column_stack([np.array(getattr(message, prefix + axis)) for axis in 'xyz'])
 
 
-def check_lengths(name: str, message: Any, fields: tuple[str, ...]) -> None:
+def check_lengths(name: str, message: Any, fields: Sequence[str]) -> None:
     """Raise ConversionError unless the arrays of these fields have one length."""
     lengths = {field: len(getattr(message, field)) for field in fields}
     if len(set(lengths.values())) > 1:

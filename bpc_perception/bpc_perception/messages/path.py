@@ -8,6 +8,7 @@ import numpy as np
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import DepositionPath as DepositionPathMsg
+from bpc_perception.core.arrays import Flags
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.messages.array_fields import (
     axes_fields,
@@ -27,7 +28,8 @@ def path_to_message(path: DepositionPath, frame_id: str) -> DepositionPathMsg:
         print_id=path.print_id, complete_until=path.complete_until, finished=path.finished,
         time=floats_field(path.time), arc_length=floats_field(path.arc_length),
         **axes_fields('', path.points), plunger_velocity=floats_field(path.plunger_velocity),
-        flow_rate=floats_field(path.flow_rate), extruding=path.extruding.tolist())
+        flow_rate=floats_field(path.flow_rate), extruding=path.extruding.tolist(),
+        extruder_known=path.extruder_known.tolist())
 
 
 def path_from_message(message: DepositionPathMsg) -> DepositionPath:
@@ -45,7 +47,20 @@ def path_from_message(message: DepositionPathMsg) -> DepositionPath:
         complete_until=message.complete_until, finished=bool(message.finished), time=time,
         arc_length=arc_length, points=points,
         plunger_velocity=np.array(message.plunger_velocity),
-        flow_rate=np.array(message.flow_rate), extruding=np.array(message.extruding, bool))
+        flow_rate=np.array(message.flow_rate), extruding=np.array(message.extruding, bool),
+        extruder_known=_extruder_known(message))
+
+
+def _extruder_known(message: DepositionPathMsg) -> Flags:
+    """Return where (N,) the extruder's state is known; older recordings do not say it."""
+    said = getattr(message, 'extruder_known', ())
+    if len(said):
+        check_lengths('deposition_path', message, ('time', 'extruder_known'))
+        return np.array(said, bool)
+    rates = np.array((message.plunger_velocity, message.flow_rate))
+    known = np.isfinite(rates).any(axis=0) | np.array(message.extruding, bool)
+    # An extruder that tells no rate is on or off, all along.
+    return known if np.isfinite(rates).any() else np.ones(len(message.time), bool)
 
 
 def path_to_nav(path: DepositionPath, frame_id: str) -> Path:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from array import array
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
+from bpc_perception.core.arrays import Index
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.stroke_ends import Strokes
 from bpc_perception.messages.array_fields import (
     axes_fields,
     check_lengths,
@@ -16,6 +20,9 @@ from bpc_perception.messages.array_fields import (
     points_of,
 )
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
+
+# Arrays with one element a stroke; older recordings have none.
+STROKE_FIELDS = 'stroke_number', 'stroke_start', 'stroke_end', 'ink_start', 'ink_end'
 
 
 def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessProfileMsg:
@@ -35,7 +42,30 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
         thickness_q3=summary.thickness_q3, coverage=summary.coverage,
         gap_count=summary.gap_count, gap_length=summary.gap_length,
         offset_mean=summary.offset_mean, offset_rms=summary.offset_rms,
-        processing_time=profile.processing_time)
+        processing_time=profile.processing_time,
+        extruder_known=profile.extruder_known.tolist(), stroke=_numbers_field(profile.stroke),
+        ooze_count=summary.ooze_count, ooze_length=summary.ooze_length,
+        bare_length=summary.bare_length, **_strokes_fields(profile.strokes))
+
+
+def _strokes_fields(strokes: Strokes) -> dict[str, Any]:
+    return {'stroke_number': _numbers_field(strokes.number),
+            'stroke_start': floats_field(strokes.commanded[:, 0]),
+            'stroke_end': floats_field(strokes.commanded[:, 1]),
+            'ink_start': floats_field(strokes.ink[:, 0]),
+            'ink_end': floats_field(strokes.ink[:, 1])}
+
+
+def _numbers_field(numbers: Index) -> array[int]:
+    """Return numbers (N,) in the type that a field uint32[] takes fastest."""
+    return array('I', numbers.astype(np.uint32).tobytes())
+
+
+def _of_each_sample(message: ThicknessProfileMsg, name: str, kind: type,
+                    default: int) -> NDArray[Any]:
+    """Return an array (N,) that older recordings do not have."""
+    values = getattr(message, name, ())
+    return np.array(values, kind) if len(values) else np.full(len(message.time), default, kind)
 
 
 def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
@@ -44,6 +74,11 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
     check_lengths('thickness_profile', message, (
         'time', 'arc_length', *axes, 'extruding', 'status', 'thickness', 'thickness_sigma',
         'left', 'right'))
+    strokes = [name for name in STROKE_FIELDS if hasattr(message, name)]
+    check_lengths('thickness_profile', message, strokes)
+    for name in ('extruder_known', 'stroke'):
+        if len(getattr(message, name, ())):
+            check_lengths('thickness_profile', message, ('time', name))
     status, thickness = np.array(message.status, np.uint8), np.array(message.thickness)
     if (unknown := status[status > max(Status)]).size:
         raise ConversionError(f'thickness_profile: expected each status up to {max(Status)}, '
@@ -57,7 +92,9 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
         print_start_ns=stamp_to_ns(message.print_start), capture=message.capture,
         method=message.method, time=np.array(message.time),
         arc_length=np.array(message.arc_length), points=points_of(message, ''),
-        extruding=np.array(message.extruding, bool), status=status,
+        extruding=np.array(message.extruding, bool),
+        extruder_known=_of_each_sample(message, 'extruder_known', bool, True),
+        stroke=_of_each_sample(message, 'stroke', np.intp, 1), status=status,
         thickness=thickness, sigma=np.array(message.thickness_sigma),
         left=np.array(message.left), right=np.array(message.right),
         left_points=points_of(message, 'left_'), right_points=points_of(message, 'right_'),

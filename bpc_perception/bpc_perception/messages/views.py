@@ -94,7 +94,8 @@ def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) ->
     colours = deviation_colours(profile.thickness[shown] / usual - 1)
     left, right = profile.left_points[shown], profile.right_points[shown]
     measured = profile.status[shown] == Status.MEASURED
-    starts = np.flatnonzero(measured[:-1] & measured[1:])
+    stroke = profile.stroke[shown]
+    starts = np.flatnonzero(measured[:-1] & measured[1:] & (stroke[:-1] == stroke[1:]))
     if not len(starts):
         return []
     corners = np.stack((left[starts], right[starts], left[starts + 1],

@@ -14,6 +14,7 @@ import numpy as np
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
+from bpc_perception.core.stroke_ends import Strokes
 from bpc_perception.display.units import MM_PER_M, NS_PER_S
 
 
@@ -37,8 +38,19 @@ def profile_entry(profile: ThicknessProfile) -> dict[str, Any]:
         'coverage': summary.coverage,
         'gap_count': summary.gap_count,
         'gap_length_mm': summary.gap_length * MM_PER_M,
+        'ooze_count': summary.ooze_count,
+        'ooze_length_mm': summary.ooze_length * MM_PER_M,
+        'bare_length_mm': summary.bare_length * MM_PER_M,
         'counts': {status.name: int(counts[status]) for status in Status},
     }
+
+
+def stroke_entries(strokes: Strokes) -> list[dict[str, Any]]:
+    """Return an entry for each stroke; None where the begin or end of its ink was not seen."""
+    columns = np.concatenate((strokes.commanded, strokes.ink, strokes.lag), axis=1) * MM_PER_M
+    names = ('start_mm', 'end_mm', 'ink_start_mm', 'ink_end_mm', 'start_lag_mm', 'end_lag_mm')
+    return [{'stroke': number, **dict(zip(names, row, strict=True))}
+            for number, row in zip(strokes.number.tolist(), columns.tolist(), strict=True)]
 
 
 def _time(stamp_ns: int) -> dict[str, Any]:

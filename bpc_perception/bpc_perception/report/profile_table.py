@@ -11,7 +11,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.units import MM_PER_M, NS_PER_S
 
 COLUMNS = ('arc_length_mm', 'time_s', 'x_mm', 'y_mm', 'z_mm', 'thickness_mm', 'sigma_mm',
-           'left_mm', 'right_mm', 'status')
+           'left_mm', 'right_mm', 'status', 'extruding', 'stroke')
 
 
 def profile_csv(profile: ThicknessProfile) -> str:
@@ -19,15 +19,18 @@ def profile_csv(profile: ThicknessProfile) -> str:
 
     Numbers have as many digits as it takes to read the same number back.
     """
-    known = np.isin(profile.status, (Status.MEASURED, Status.GAP))
+    told = np.isin(profile.status, (Status.MEASURED, Status.GAP))
     columns = (
         _cells(profile.arc_length * MM_PER_M),
         [_seconds(profile.print_start_ns + round(time * NS_PER_S))
          for time in profile.time.tolist()],
         *(_cells(axis * MM_PER_M) for axis in profile.points.T),
-        _cells(np.where(known, profile.thickness, np.nan) * MM_PER_M),
+        _cells(np.where(told, profile.thickness, np.nan) * MM_PER_M),
         *(_cells(values * MM_PER_M) for values in (profile.sigma, profile.left, profile.right)),
-        [Status(value).name for value in profile.status])
+        [Status(value).name for value in profile.status],
+        [str(int(on)) if known else '' for on, known in zip(
+            profile.extruding.tolist(), profile.extruder_known.tolist(), strict=True)],
+        [str(number) for number in profile.stroke.tolist()])
     rows = (COLUMNS, *zip(*columns, strict=True))
     return ''.join(','.join(row) + '\n' for row in rows)
 

@@ -202,7 +202,8 @@ def draw_map(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None
 def _ribbon(profile: ThicknessProfile, targets: WidthTargets | None) -> PolyCollection:
     """Return a polygon from each sample to the next where both are measured."""
     measured = profile.status == Status.MEASURED
-    starts = np.flatnonzero(measured[:-1] & measured[1:])
+    stroke = profile.stroke
+    starts = np.flatnonzero(measured[:-1] & measured[1:] & (stroke[:-1] == stroke[1:]))
     left = profile.left_points[:, :2] * MM_PER_M
     right = profile.right_points[:, :2] * MM_PER_M
     corners = np.stack((left[starts], right[starts], right[starts + 1], left[starts + 1]), axis=1)

@@ -10,7 +10,7 @@ import pytest
 
 from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
 
-M, GAP, NO_DATA, OCCLUDED, JUNCTION, LOW = Status
+M, GAP, NO_DATA, OCCLUDED, JUNCTION, LOW, BARE, OOZE = Status
 NAN = np.nan
 
 
@@ -38,18 +38,30 @@ def test_runs_of_gap_reach_half_way_to_their_neighbours() -> None:
 
 
 def test_runs_at_the_ends_stop_at_the_last_sample() -> None:
+    profile = profile_of([0, 0, 1e-3, 0], [GAP, GAP, M, GAP], spacing=2e-3, speed=1e-3)
+    np.testing.assert_allclose(profile.gaps, ((0, 3e-3), (5e-3, 6e-3)))
+    # A single sample lasts no time: what the lag of the start explains is bare, but no gap.
     profile = profile_of([0, 1e-3, 0], [GAP, M, GAP], spacing=2e-3)
-    np.testing.assert_allclose(profile.gaps, ((0, 1e-3), (3e-3, 4e-3)))
+    np.testing.assert_allclose(profile.extents(GAP), ((0, 1e-3), (3e-3, 4e-3)))
+    np.testing.assert_allclose(profile.gaps, ((3e-3, 4e-3),))
 
 
 def test_a_gap_all_along_is_as_long_as_the_path() -> None:
-    profile = profile_of([0] * 5, [GAP] * 5)
+    profile = profile_of([0] * 5, [GAP] * 5, speed=1e-3)
     np.testing.assert_allclose(profile.gaps, ((0, 4e-3),))
     assert np.isnan(profile.summary.thickness_mean)
 
 
 def test_what_is_not_known_splits_a_gap() -> None:
-    assert profile_of([0] * 3, [GAP, NO_DATA, GAP]).summary.gap_count == 2
+    assert profile_of([NAN] * 4, [M, GAP, NO_DATA, GAP]).summary.gap_count == 2
+
+
+@pytest.mark.parametrize(('lag', 'count'), [(0.49, 0), (0.51, 1)])
+def test_ink_may_come_half_a_second_late(lag: float, count: int) -> None:
+    # Three samples, the way between which takes so long.
+    profile = profile_of([NAN] * 6, [GAP, GAP, GAP, M, M, M], speed=2e-3 / lag)
+    assert (len(profile.gaps), profile.summary.gap_count) == (count, count)
+    assert profile.summary.coverage == 1
 
 
 def shifted(left: float, right: float) -> ThicknessProfile:

@@ -17,7 +17,8 @@ pytestmark = pytest.mark.ros
 PATH = replace(
     path_through(np.random.default_rng(0).normal(size=(7, 3)).cumsum(axis=0), start_ns=STAMP_NS,
                  extruding=[True, False] * 3 + [True], finished=False),
-    flow_rate=np.array((1.0, NAN, 3, 4, 5, 6, 7)), plunger_velocity=np.arange(7.0))
+    flow_rate=np.array((1.0, NAN, 3, 4, 5, 6, 7)), plunger_velocity=np.arange(7.0),
+    extruder_known=np.array([True] * 5 + [False, True]))
 
 
 @pytest.mark.parametrize('path', [PATH, PATH.until(0), replace(PATH, finished=True)],
@@ -32,6 +33,18 @@ def test_a_path_message_has_its_points_by_axis() -> None:
     message = path_to_message(PATH, 'base')
     assert [message.x[2], message.y[2], message.z[2]] == PATH.points[2].tolist()
     assert list(message.extruding) == [True, False] * 3 + [True]
+    assert list(message.extruder_known) == [True] * 5 + [False, True]
+
+
+@pytest.mark.parametrize(('rates', 'known'), [
+    ((1.0, NAN, NAN, 4, 5, NAN, 7), [True, False, True, True, True, False, True]),
+    ((NAN,) * 7, [True] * 7)], ids=['rates', 'on or off'])
+def test_an_older_recording_tells_by_its_rates_what_is_known(rates: tuple[float, ...],
+                                                             known: list[bool]) -> None:
+    message = path_to_message(replace(
+        PATH, flow_rate=np.array(rates), plunger_velocity=np.array(rates)), 'base')
+    message.extruder_known = []
+    assert path_from_message(message).extruder_known.tolist() == known
 
 
 @pytest.mark.parametrize('name', ['time', 'arc_length', 'x', 'y', 'z', 'plunger_velocity',

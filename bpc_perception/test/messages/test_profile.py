@@ -21,6 +21,8 @@ PROFILE = replace(
                                                Status.MEASURED, Status.OCCLUDED,
                                                Status.LOW_CONFIDENCE],
                extruding=[True, False, True, True, False, True]),
+    extruder_known=np.array((True, False, True, True, False, True)),
+    stroke=np.array((1, 1, 1, 2, 2, 2), np.intp),
     left=np.arange(6.0), right=-np.arange(6.0), sigma=np.arange(6.0) / 7,
     points=np.arange(18.0).reshape(6, 3), left_points=np.arange(18.0).reshape(6, 3) + 100,
     right_points=np.arange(18.0).reshape(6, 3) + 200)
@@ -54,6 +56,35 @@ def test_a_profile_message_carries_the_summary() -> None:
     assert message.processing_time == 0.25
 
 
+def test_a_profile_message_carries_its_strokes_and_travel() -> None:
+    travel = replace(
+        PROFILE, stroke=np.array((1, 0, 0, 0, 2, 2), np.intp), status=np.array((
+            Status.MEASURED, Status.BARE, Status.OOZE, Status.BARE, Status.GAP, Status.MEASURED),
+            np.uint8), time=np.arange(6.0), thickness=np.array((1e-3, NAN, NAN, NAN, 0, 3e-3)))
+    message = profile_to_message(travel, 'base')
+    assert list(message.stroke) == [1, 0, 0, 0, 2, 2]
+    assert list(message.stroke_number) == [1, 2]
+    np.testing.assert_allclose(message.stroke_start, (0, 4e-3))
+    np.testing.assert_allclose(message.stroke_end, (0, 5e-3))
+    np.testing.assert_allclose(message.ink_start, (0, 4.5e-3))
+    np.testing.assert_allclose(message.ink_end, (0, 5e-3))
+    assert message.ooze_count == 1
+    assert message.ooze_length == pytest.approx(1e-3)
+    assert message.bare_length == pytest.approx(1e-3)  # of travel, 2 mm from end to end
+    assert message.coverage == 1
+    assert_same(profile_from_message(message), travel)
+
+
+def test_a_profile_of_an_older_recording_is_one_stroke() -> None:
+    message = profile_to_message(PROFILE, 'base')
+    message.extruder_known, message.stroke = [], []
+    for name in STROKE_ARRAYS:
+        setattr(message, name, [])
+    assert_same(profile_from_message(message), replace(
+        PROFILE, extruder_known=np.ones(6, bool), stroke=np.ones(6, np.intp)))
+
+
+STROKE_ARRAYS = ('stroke_number', 'stroke_start', 'stroke_end', 'ink_start', 'ink_end')
 ARRAYS = [name for name, kind in ThicknessProfileMsg.get_fields_and_field_types().items()
           if kind.startswith('sequence')]
 
@@ -62,7 +93,8 @@ ARRAYS = [name for name, kind in ThicknessProfileMsg.get_fields_and_field_types(
 def test_a_profile_with_arrays_of_different_lengths_is_refused(name: str) -> None:
     message = profile_to_message(PROFILE, 'base')
     setattr(message, name, getattr(message, name)[:-1])
-    with pytest.raises(ConversionError, match=rf"expected arrays .*'{name}': 5"):
+    length = 1 if name in STROKE_ARRAYS else 5
+    with pytest.raises(ConversionError, match=rf"expected arrays .*'{name}': {length}"):
         profile_from_message(message)
 
 

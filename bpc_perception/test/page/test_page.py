@@ -37,7 +37,8 @@ def profile(count: int) -> ThicknessProfile:
     return ThicknessProfile(
         stamp_ns=0, print_id='print', print_start_ns=0, capture=0, method='cross_section',
         time=np.arange(count) * 0.01, arc_length=np.arange(count) * SPACING_M, points=points,
-        extruding=np.ones(count, bool), status=status, thickness=thickness,
+        extruding=np.ones(count, bool), extruder_known=np.ones(count, bool),
+        stroke=np.ones(count, np.intp), status=status, thickness=thickness,
         sigma=np.where(status == Status.MEASURED, 1e-5, np.nan), left=nothing, right=nothing,
         left_points=points, right_points=points, processing_time=0.0)
 

@@ -81,7 +81,7 @@ def resumed(folder: Path, later: float = 1.0, count: int = COUNT,
 def assert_same(one: DepositionPath | None, other: DepositionPath) -> None:
     assert one is not None
     for name in ('print_id', 'start_ns', 'complete_until', 'finished', 'time', 'arc_length',
-                 'points', 'plunger_velocity', 'flow_rate', 'extruding'):
+                 'points', 'plunger_velocity', 'flow_rate', 'extruding', 'extruder_known'):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 

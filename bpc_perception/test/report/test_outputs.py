@@ -41,6 +41,10 @@ def test_summary(tmp_path, log, provenance):
         'settings': {'method': 'paper', 'advice.dead_band': 0.03, 'offset': [0.0, None]}}
     assert {key: summary[key] for key in expected} == expected
     assert summary['gaps'] == [{'start_mm': 0.5, 'end_mm': 1.5}]
+    assert summary['ooze'] == []
+    assert summary['strokes'] == [{
+        'stroke': 1, 'start_mm': 0.0, 'end_mm': 3.0, 'ink_start_mm': 0.0, 'ink_end_mm': 3.0,
+        'start_lag_mm': 0.0, 'end_lag_mm': 0.0}]
     assert summary['advice'] == {
         'valid': True, 'reason': 'OVER_EXTRUSION', 'flow_rate_scale': 0.7, 'speed_scale': 1.4,
         'target_thickness_mm': 2.5, 'measured_thickness_mm': 3.0,
@@ -58,7 +62,9 @@ def test_every_capture_is_listed(log, provenance):
     assert measured['processing_time_s'] == 0.25
     assert measured['samples'] == 4
     assert measured['counts'] == {'MEASURED': 2, 'GAP': 1, 'NO_DATA': 1, 'OCCLUDED': 0,
-                                  'JUNCTION': 0, 'LOW_CONFIDENCE': 0}
+                                  'JUNCTION': 0, 'LOW_CONFIDENCE': 0, 'BARE': 0, 'OOZE': 0}
+    assert (measured['ooze_count'], measured['ooze_length_mm'], measured['bare_length_mm']) == (
+        0, 0.0, 0.0)
 
 
 def test_nothing_measured_is_null(tmp_path, results, provenance, profile, advice):
@@ -74,6 +80,8 @@ def test_nothing_measured_is_null(tmp_path, results, provenance, profile, advice
     assert summary['advice']['target_thickness_mm'] is None
     assert summary['coverage'] == 0.0
     assert summary['gaps'] == []
+    (stroke,) = summary['strokes']
+    assert stroke['ink_start_mm'] is stroke['end_lag_mm'] is None
 
 
 def test_only_refusals_are_told(tmp_path, results, provenance):

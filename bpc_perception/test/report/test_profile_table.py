@@ -14,20 +14,31 @@ MM = 1e-3
 
 def test_csv_by_hand(profile):
     assert profile_csv(profile).split('\n') == [
-        'arc_length_mm,time_s,x_mm,y_mm,z_mm,thickness_mm,sigma_mm,left_mm,right_mm,status',
-        '0.0,1700000000.123456789,0.0,0.0,0.0,2.0,0.1,1.5,0.5,MEASURED',
-        '1.0,1700000000.623456789,1.0,0.0,0.0,0.0,,,,GAP',
-        '2.0,1700000001.123456790,2.0,0.0,0.0,,,,,NO_DATA',
-        '3.0,1700000001.623456789,3.0,0.0,0.0,4.0,1.0,2.5,1.5,MEASURED',
+        'arc_length_mm,time_s,x_mm,y_mm,z_mm,thickness_mm,sigma_mm,left_mm,right_mm,status,'
+        'extruding,stroke',
+        '0.0,1700000000.123456789,0.0,0.0,0.0,2.0,0.1,1.5,0.5,MEASURED,1,1',
+        '1.0,1700000000.623456789,1.0,0.0,0.0,0.0,,,,GAP,1,1',
+        '2.0,1700000001.123456790,2.0,0.0,0.0,,,,,NO_DATA,1,1',
+        '3.0,1700000001.623456789,3.0,0.0,0.0,4.0,1.0,2.5,1.5,MEASURED,1,1',
         '']
 
 
 @pytest.mark.parametrize('status', [
-    Status.NO_DATA, Status.OCCLUDED, Status.JUNCTION, Status.LOW_CONFIDENCE])
+    Status.NO_DATA, Status.OCCLUDED, Status.JUNCTION, Status.LOW_CONFIDENCE,
+    Status.BARE, Status.OOZE])
 def test_no_thickness_without_a_measurement(profile, status):
     doubtful = replace(profile, status=np.full(4, status, np.uint8), thickness=np.full(4, MM))
     rows = list(csv.DictReader(profile_csv(doubtful).splitlines()))
     assert [(row['thickness_mm'], row['status']) for row in rows] == [('', status.name)] * 4
+
+
+def test_an_unknown_extruder_is_neither_on_nor_off(profile):
+    travel = replace(profile, extruding=np.array((True, False, False, True)),
+                     extruder_known=np.array((True, True, False, True)),
+                     stroke=np.array((1, 0, 0, 2)))
+    rows = list(csv.DictReader(profile_csv(travel).splitlines()))
+    assert [(row['extruding'], row['stroke']) for row in rows] == [
+        ('1', '1'), ('0', '0'), ('', '0'), ('1', '2')]
 
 
 def test_floats_read_back_to_the_last_bit(profile):

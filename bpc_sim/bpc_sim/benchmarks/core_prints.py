@@ -42,7 +42,8 @@ class DrawnPrint:
         points = np.column_stack((self.deposit.curve.points(s), np.zeros(len(s))))
         unknown = np.full(len(s), np.nan)
         return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s / NOZZLE_SPEED_M_PER_S, s,
-                              points, unknown, unknown, np.ones(len(s), bool))
+                              points, unknown, unknown, np.ones(len(s), bool),
+                              np.ones(len(s), bool))
 
     def error_mm(self, arc_length: Array, thickness: Array) -> float:
         """Return the mean absolute error of thickness (N,) [m] at arc lengths (N,) [m].

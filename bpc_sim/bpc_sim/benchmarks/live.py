@@ -77,7 +77,7 @@ def verify() -> None:
     time = job.dwell_before + s / job.speed
     unknown = np.full(len(s), np.nan)
     path = DepositionPath('verify', 0, job.duration, True, time, s, job.tip(time), unknown,
-                          unknown, job.extruding(time))
+                          unknown, job.extruding(time), np.ones(len(s), bool))
     first, second = (measure(each, path, job.view.T_base_camera, ThicknessConfig())
                      for each in (capture, sent))
     assert len(first) > 500

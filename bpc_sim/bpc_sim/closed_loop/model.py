@@ -192,7 +192,8 @@ class ClosedLoopModel:
         return ThicknessProfile(
             stamp_ns=round(t * 1e9), print_id='print', print_start_ns=0, capture=0, method='',
             time=path.time, arc_length=path.arc_length, points=path.points,
-            extruding=path.extruding, status=status, thickness=thickness,
+            extruding=path.extruding, extruder_known=path.extruder_known,
+            stroke=np.ones(len(path), np.intp), status=status, thickness=thickness,
             sigma=np.where(measured, sigma, np.nan), left=half + situation.offset,
             right=half - situation.offset, left_points=path.points, right_points=path.points,
             processing_time=0.0)
@@ -215,4 +216,5 @@ class ClosedLoopModel:
             print_id='print', start_ns=0, complete_until=complete_until, finished=False,
             time=self._path_time, arc_length=arc,
             points=np.column_stack((arc, np.zeros((len(arc), 2)))),
-            plunger_velocity=flow / PLUNGER_AREA_M2, flow_rate=flow, extruding=~lost)
+            plunger_velocity=flow / PLUNGER_AREA_M2, flow_rate=flow, extruding=~lost,
+            extruder_known=~lost)

@@ -133,6 +133,18 @@ def turtle(moves: Sequence[tuple[float, float]], start: tuple[float, float] = (0
     return Curve(float(starts[-1]), locus, tuple(starts[1:-1].tolist()), closed)
 
 
+def polyline(points: Array) -> Curve:
+    """Return straight lines through points (N, 2) [m]."""
+    legs = np.diff(points, axis=0)
+    angles = np.unwrap(np.arctan2(legs[:, 1], legs[:, 0]))
+    moves = []
+    for length, turn in zip(np.linalg.norm(legs, axis=1).tolist(),
+                            np.append(np.diff(angles), 0.0).tolist(), strict=True):
+        moves += [(length, 0.0), (0.0, turn)]
+    x, y = points[0].tolist()
+    return turtle(moves[:-1], (x, y), float(angles[0]))
+
+
 def archimedean(a: float, phi_start: float, phi_end: float) -> Curve:
     """Return the spiral r = a phi for 0 <= phi_start <= phi <= phi_end, from the inside out.
 

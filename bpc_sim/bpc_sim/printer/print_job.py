@@ -2,7 +2,7 @@
 
 Time t is in seconds since the job's start. The robot waits above the start of the path, lowers the
 nozzle, follows the path at constant speed while ink flows, stops, lifts the nozzle, and waits
-again.
+again. Between strokes it travels.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.geometry import transform
 from bpc_sim.ink.deposit import Deposit, WidthProfile
+from bpc_sim.printer.motion import Motion, Travel
 from bpc_sim.scene.camera import View
 from bpc_sim.scene.render import render
 from bpc_sim.scene.scene import Nozzle, Scene, Sensor
@@ -40,6 +41,7 @@ class PrintJob:
         faults: (F, 2) intervals of arc length in which the extruder runs but no ink comes, as
             when a bubble passes [m].
         speed: speed of the nozzle along the path [m/s].
+        travels: ways between strokes, on which no ink is commanded, in the order of the path.
         dwell_before: time from the job's start until the nozzle moves along the path [s]; in its
             second half the nozzle is lowered.
         dwell_after: time from the path's end to the job's end [s]; in its first half the nozzle
@@ -59,6 +61,7 @@ class PrintJob:
     printed_width: WidthProfile | None = None
     faults: Array = field(default_factory=lambda: np.empty((0, 2)))
     speed: float = 3e-3
+    travels: tuple[Travel, ...] = ()
     dwell_before: float = 1.0
     dwell_after: float = 1.0
     tip_height: float = 1e-3
@@ -77,7 +80,8 @@ class PrintJob:
     @property
     def end_of_path(self) -> float:
         """Time at which the nozzle reaches the end of the path [s]."""
-        return self.dwell_before + self.length / self.speed
+        return self.dwell_before + (self._motion.duration if self.travels
+                                    else self.length / self.speed)
 
     @property
     def duration(self) -> float:
@@ -92,13 +96,18 @@ class PrintJob:
 
     def laid(self, t: Times) -> Array:
         """Return the arc length (...) that the nozzle has covered at times t (...) [m]."""
-        return np.clip((np.asarray(t) - self.dwell_before) * self.speed, 0.0, self.length)
+        since = np.asarray(t) - self.dwell_before
+        if self.travels:
+            return self._motion.arc_length(since)
+        return np.clip(since * self.speed, 0.0, self.length)
 
     def tip(self, t: Times) -> Array:
         """Return the nozzle tip (..., 3) at times t (...) in the base frame [m]."""
         s = self.laid(t)
         planar = self.commanded.curve.points(s.ravel()).reshape(*s.shape, 2)
         height = self.tip_height + self.lift * self._lifted(np.asarray(t))
+        if self.travels:
+            height += self._motion.height(np.asarray(t) - self.dwell_before)
         return transform(self.T_base_surface, np.concatenate((planar, height[..., None]), -1))
 
     def flange_pose(self, t: Times) -> Array:
@@ -115,6 +124,8 @@ class PrintJob:
         """Tell whether the extruder is commanded to push ink out at times t (...)."""
         t = np.asarray(t)
         under_way = (t >= self.dwell_before) & (t < self.end_of_path)
+        if self.travels:
+            under_way &= self._motion.on_stroke(t - self.dwell_before)
         return np.asarray(under_way & self.commanded.inked(self.laid(t)))
 
     def flow_rate(self, t: Times) -> Array:
@@ -158,6 +169,10 @@ class PrintJob:
         T_flange_tip[:3, 3] = self.nozzle_offset
         return Scene(replace(self.deposit, laid=float(self.laid(t))), self.T_base_surface,
                      self.flange_pose(t) @ T_flange_tip, self.nozzle)
+
+    @cached_property
+    def _motion(self) -> Motion:
+        return Motion(self.length, self.speed, self.travels)
 
     @cached_property
     def _plunger_table(self) -> tuple[Array, Array]:

@@ -7,8 +7,10 @@ looks down at the bed from 25 degrees off its normal, as far away as a Zivid 2 M
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from bpc_perception.core.arrays import Array
@@ -19,9 +21,11 @@ from bpc_sim.ink.curves import (
     fermat as fermat_curve,
     line as line_curve,
     meander as meander_curve,
+    polyline,
     ring as ring_curve,
 )
 from bpc_sim.ink.deposit import constant_width, Deposit, knot_width, WidthProfile
+from bpc_sim.printer.motion import Travel
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.scene.camera import look_at, View, zivid_m70
 
@@ -89,6 +93,66 @@ def fermat(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
     return _job(fermat_curve(7.5e-3, 2 * np.pi), speed)
 
 
+def strokes(speed: float = PRINT_SPEED_M_PER_S, hop: float = 2e-3) -> PrintJob:
+    """Return five parallel lines of 36 mm, 5 mm apart, each begun at the same side."""
+    return stroke_job(parallel_lines(5, 5e-3, 0.036), speed, Travel(0, 0, hop))
+
+
+def dense(speed: float = PRINT_SPEED_M_PER_S, hop: float = 0.3e-3) -> PrintJob:
+    """Return nine lines of 36 mm, to and fro, with 0.6 mm of bed between them."""
+    lines = parallel_lines(9, 2.6e-3, 0.036)
+    lines[1::2] = lines[1::2, ::-1]
+    return stroke_job(lines, speed, Travel(0, 0, hop))
+
+
+def purge(speed: float = PRINT_SPEED_M_PER_S, away: float = 0.15) -> PrintJob:
+    """Return the dense lines, after a line ``away`` from them [m], out of view."""
+    lines = np.concatenate((parallel_lines(1, 0.0, 0.02) - np.array((0.0, away)),
+                            parallel_lines(9, 2.6e-3, 0.036)))
+    return stroke_job(lines, speed, Travel(0, 0, speed=0.1))
+
+
+def pauses(speed: float = PRINT_SPEED_M_PER_S, pause: float = 20.0) -> PrintJob:
+    """Return a wall of ten strokes of 30 mm on top of each other, with a pause before each next.
+
+    The ink is drawn as if all lay on the bed.
+    """
+    lines = np.repeat(parallel_lines(1, 0.0, 0.03), 10, axis=0)
+    lines[1::2] = lines[1::2, ::-1]
+    return stroke_job(lines, speed, Travel(0, 0, 0.02, pause=pause, rise=0.4e-3))
+
+
+def parallel_lines(count: int, pitch: float, length: float) -> Array:
+    """Return lines (count, 2, 2) along x from start to end, ``pitch`` apart, about the origin."""
+    lines = np.empty((count, 2, 2))
+    lines[..., 0] = -length / 2, length / 2
+    lines[..., 1] = ((np.arange(count) - (count - 1) / 2) * pitch)[:, None]
+    return lines
+
+
+def stroke_job(lines: Array, speed: float, travel: Travel, width: float = 2e-3) -> PrintJob:
+    """Return a job that lays straight strokes.
+
+    Args:
+        lines: (S, 2, 2) start and end of each [m].
+        speed: along them [m/s].
+        travel: how the nozzle goes from one to the next.
+        width: of the ink [m].
+    """
+    curve = polyline(lines.reshape(-1, 2)[_distinct(lines.reshape(-1, 2))])
+    legs = np.linalg.norm(np.diff(lines.reshape(-1, 2), axis=0), axis=1)
+    arcs = np.concatenate(([0.0], np.cumsum(legs)))
+    ways = arcs[1:-1].reshape(-1, 2)
+    job = _job(curve, speed, width, gaps=tuple(map(tuple, ways.tolist())))
+    return replace(job, travels=tuple(
+        replace(travel, start=start, end=end) for start, end in ways.tolist()))
+
+
+def _distinct(points: Array) -> NDArray[np.bool_]:
+    """Return which points (N, 2) differ from the one before."""
+    return np.concatenate(([True], (np.diff(points, axis=0) != 0).any(axis=1)))
+
+
 SCENARIOS: dict[str, Callable[[float], PrintJob]] = {
     'spiral_gaps': spiral_gaps,
     'line': line,
@@ -96,6 +160,10 @@ SCENARIOS: dict[str, Callable[[float], PrintJob]] = {
     'meander': meander,
     'archimedean': archimedean,
     'fermat': fermat,
+    'strokes': strokes,
+    'dense': dense,
+    'purge': purge,
+    'pauses': pauses,
 }
 
 

@@ -114,10 +114,12 @@ class RayTracer:
         if not len(chosen):
             return hits
         better = self._intersect_ink(in_surface[chosen], hits.height[chosen])
+        # Outside a sharp corner no part of the path has a foot.
+        found = np.isfinite(better.heading)
         refined = {}
         for name in ('height', 'slope', 'heading', 'margin'):
             refined[name] = getattr(hits, name).copy()
-            refined[name][chosen] = getattr(better, name)
+            refined[name][chosen] = np.where(found, getattr(better, name), refined[name][chosen])
         return InkHits(hits.hit, **refined)
 
 

@@ -48,4 +48,5 @@ class StressScene:
         unknown = np.full(len(self), np.nan)
         return DepositionPath(
             self.name, 0, STAMP_NS * 1e-9, True, self.arc_length / NOZZLE_SPEED_M_PER_S,
-            self.arc_length, self.points, unknown, unknown, np.ones(len(self), bool))
+            self.arc_length, self.points, unknown, unknown, np.ones(len(self), bool),
+            np.ones(len(self), bool))

@@ -107,7 +107,7 @@ def path_of(points: Array, s: Array) -> DepositionPath:
     """Return a path through points (N, 3) at arc lengths s (N,) [m]."""
     unknown = np.full(len(s), np.nan)
     return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s / NOZZLE_SPEED_M_PER_S, s, points,
-                          unknown, unknown, np.ones(len(s), bool))
+                          unknown, unknown, np.ones(len(s), bool), np.ones(len(s), bool))
 
 
 def assert_same(one: ThicknessProfile, other: ThicknessProfile, scale: float = 1.0) -> None:

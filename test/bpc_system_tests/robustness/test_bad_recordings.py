@@ -150,7 +150,7 @@ def true_path() -> DepositionPath:
         print_id='line', start_ns=START_NS + round(JOB.dwell_before * 1e9),
         complete_until=JOB.duration, finished=True, time=times, arc_length=s, points=JOB.tip(at),
         plunger_velocity=JOB.plunger_velocity(at), flow_rate=JOB.flow_rate(at),
-        extruding=JOB.extruding(at))
+        extruding=JOB.extruding(at), extruder_known=np.ones(len(s), bool))
 
 
 @contextmanager

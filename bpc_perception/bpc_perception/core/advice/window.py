@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bpc_perception.core.profile import run_extents, Status, ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def laid_before(profile: ThicknessProfile, acquisition_time: float) -> Thickness
 
 def look_back(profile: ThicknessProfile, length: float, start: float) -> Window:
     """Return the newest stretch of this length [m], after arc length ``start`` [m]."""
-    extruding = profile.extruding & (profile.arc_length >= start)
+    extruding = profile.extruding & (profile.stroke > 0) & (profile.arc_length >= start)
     ends = profile.arc_length[extruding]
     extent = (float(max(ends[-1] - length, profile.arc_length[0], start)),
               float(ends[-1])) if len(ends) else (np.nan, np.nan)
@@ -52,7 +52,7 @@ def look_back(profile: ThicknessProfile, length: float, start: float) -> Window:
               & extruding)
     measured = inside & (profile.status == Status.MEASURED)
     count = int(measured.sum())
-    gaps = run_extents(inside & (profile.status == Status.GAP), profile.arc_length)
+    gaps = profile.runs_of(inside & profile.missing)
     longest_gap = float(np.diff(gaps).max(initial=0))
     if not count:
         return Window(extent, 0, 0.0, np.nan, np.nan, np.nan, longest_gap)

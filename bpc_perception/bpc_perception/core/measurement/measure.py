@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Flags
+from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
@@ -17,20 +17,24 @@ from bpc_perception.core.measurement.cross_section.incremental import (
     PrintMemory,
 )
 from bpc_perception.core.measurement.paper.method import measure_as_published
-from bpc_perception.core.measurement.samples import Samples
+from bpc_perception.core.measurement.samples import Samples, unseen
+from bpc_perception.core.measurement.track import Track, track_along
+from bpc_perception.core.measurement.travel import look_at_travel
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.path.strokes import stroke_numbers
 from bpc_perception.core.path.tangents import tangents
 from bpc_perception.core.profile import Status, ThicknessProfile
 
 STEEPEST_RISE = 0.5  # of the path above the bed, per length, where ink is laid
+# So far outside the image, in lengths of a section to one side, path still plays a part: as other
+# ink, and as what is steady along the path.
+VIEW_MARGIN = 3.0
 
 # By the names of ``ThicknessConfig.method``. The published method measures everything each time.
-METHODS: dict[str, Callable[
-    [View, DepositionPath, Plane, ThicknessConfig, PrintMemory], Samples]] = {
+METHODS: dict[str, Callable[[View, Track, Plane, ThicknessConfig, PrintMemory], Samples]] = {
     'cross_section': measure_across_path,
-    'paper': lambda view, path, bed, config, _: measure_as_published(
-        view, path.points, bed, config),
+    'paper': lambda view, track, bed, config, _: measure_as_published(view, track, bed, config),
 }
 
 
@@ -43,7 +47,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
             memory: PrintMemory | None = None) -> ThicknessProfile:
     """Measure the thickness along the path that the nozzle had passed when captured.
 
-    Path points where the nozzle was lifted off the bed get no sample.
+    Path points where the nozzle was lifted off the bed get no sample. Measured are the strokes;
+    along travel near the bed it is only looked for ink.
 
     Args:
         capture: image and organized cloud of one moment.
@@ -59,10 +64,15 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     started = time.perf_counter()
     view = View(capture, T_base_camera)
     path = path_before(capture, path)
-    bed = bed_around(view, path)
-    path = path_on_bed(path, bed, config.maximum_tip_height)
-    samples = METHODS[config.method](view, path, bed, config, memory or PrintMemory())
-    return profile_of(samples, capture, path, config.method, number, started)
+    shown = view.surrounds(path.points, config.cross_section.reach * VIEW_MARGIN)
+    bed = bed_around(view, path.points[shown] if shown.any() else path.points)
+    low = on_bed(path.points, bed, config.maximum_tip_height)
+    stroke = stroke_numbers(path, bed.height(path.points), low)
+    path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
+    memory = memory or PrintMemory()
+    samples = measure_strokes(view, path, stroke, shown, bed, config, memory)
+    samples = look_at_travel(view, path, stroke, shown, samples, bed, config, memory.contrast)
+    return profile_of(samples, stroke, capture, path, config.method, number, started)
 
 
 def path_before(capture: Capture, path: DepositionPath) -> DepositionPath:
@@ -74,20 +84,22 @@ def path_before(capture: Capture, path: DepositionPath) -> DepositionPath:
     return path
 
 
-def bed_around(view: View, path: DepositionPath) -> Plane:
-    """Return the bed around the path. Raises MeasurementError where the camera does not see it."""
+def bed_around(view: View, points: Array) -> Plane:
+    """Return the bed around path points (N, 3).
+
+    Raises MeasurementError where the camera does not see it.
+    """
     try:
-        return find_bed(view, path.points)
+        return find_bed(view, points)
     except ValueError as error:
         raise MeasurementError(str(error)) from error
 
 
-def path_on_bed(path: DepositionPath, bed: Plane, maximum_height: float) -> DepositionPath:
-    """Return the path without the points at which the nozzle was lifted, or was lifting, [m].
+def path_on_bed(path: DepositionPath, low: Flags) -> DepositionPath:
+    """Return the path without the points (N,) at which the nozzle was lifted, or was lifting.
 
     Raises MeasurementError if nothing, or a single place, is left.
     """
-    low = on_bed(path.points, bed, maximum_height)
     path = path if low.all() else path.where(low)
     if len(path) < 2:
         raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along')
@@ -103,8 +115,29 @@ def on_bed(points: Array, bed: Plane, maximum_height: float) -> Flags:
     return kept
 
 
-def profile_of(samples: Samples, capture: Capture, path: DepositionPath, method: str,
-               number: int, started: float) -> ThicknessProfile:
+def measure_strokes(view: View, path: DepositionPath, stroke: Index, shown: Flags, bed: Plane,
+                    config: ThicknessConfig, memory: PrintMemory) -> Samples:
+    """Measure the strokes of a path as far as they are in view; the rest is NO_DATA.
+
+    Args:
+        view: the capture.
+        path: N points.
+        stroke: (N,) number of the stroke of each; 0 = travel.
+        shown: (N,) whether each is in the image, or so near to it that it plays a part.
+        bed: plane of the bed.
+        config: how to measure.
+        memory: of the captures before.
+    """
+    samples = unseen(len(path))
+    chosen = np.flatnonzero(shown & (stroke > 0))
+    if len(chosen) < 2:
+        return samples
+    track = track_along(path, stroke, chosen)
+    return samples.with_part(chosen, METHODS[config.method](view, track, bed, config, memory))
+
+
+def profile_of(samples: Samples, stroke: Index, capture: Capture, path: DepositionPath,
+               method: str, number: int, started: float) -> ThicknessProfile:
     """Return the samples of a path as a profile; ``started`` is when measuring began [s]."""
     measured = samples.status == Status.MEASURED
     left, right, left_distance, right_distance, sigma = (
@@ -115,6 +148,7 @@ def profile_of(samples: Samples, capture: Capture, path: DepositionPath, method:
     return ThicknessProfile(
         stamp_ns=capture.stamp_ns, print_id=path.print_id, print_start_ns=path.start_ns,
         capture=number, method=method, time=path.time, arc_length=path.arc_length,
-        points=path.points, extruding=path.extruding, status=samples.status.copy(),
+        points=path.points, extruding=path.extruding, extruder_known=path.extruder_known,
+        stroke=stroke, status=samples.status.copy(),
         thickness=thickness, sigma=sigma, left=left_distance, right=right_distance,
         left_points=left, right_points=right, processing_time=time.perf_counter() - started)

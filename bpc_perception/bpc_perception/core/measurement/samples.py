@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.measurement.side_points import interpolated, nearest, SidePoints
-from bpc_perception.core.profile import StatusArray
+from bpc_perception.core.profile import Status, StatusArray
 
 
 @dataclass(frozen=True)
@@ -41,3 +43,10 @@ class Samples:
         status, sigma = self.status.copy(), self.sigma.copy()
         status[index], sigma[index] = part.status, part.sigma
         return Samples(SidePoints(*sides), status, sigma)
+
+
+def unseen(count: int) -> Samples:
+    """Return samples of which nothing is known."""
+    blank = np.full((count, 3), np.nan)
+    return Samples(SidePoints(blank, blank, blank[:, 0], blank[:, 0]),
+                   np.full(count, Status.NO_DATA, np.uint8), blank[:, 0])

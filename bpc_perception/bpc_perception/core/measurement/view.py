@@ -7,10 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.path.tangents import TYPICAL_POINTS
+
+LENS_SLACK = 0.1  # share of the image by which a lens moves its border
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,24 @@ class View:
         uv = self.pixels(points)
         inside: Array = uv[np.isfinite(uv).all(axis=1) & self.capture.camera.contains(uv)]
         return inside
+
+    def surrounds(self, points: Array, margin: float) -> Flags:
+        """Return which points (N, 3) of the base frame are in view, or nearly so.
+
+        Args:
+            points: [m].
+            margin: how far outside the image they may be [m].
+        """
+        camera = self.capture.camera
+        x, y, z = transform(self.T_camera_base, points).T
+        low, high = -LENS_SLACK, 1 + LENS_SLACK
+        left, right = ((camera.width * share - camera.K[0, 2]) / camera.K[0, 0]
+                       for share in (low, high))
+        top, bottom = ((camera.height * share - camera.K[1, 2]) / camera.K[1, 1]
+                       for share in (low, high))
+        near: Flags = ((z > 0) & (x > left * z - margin) & (x < right * z + margin)
+                       & (y > top * z - margin) & (y < bottom * z + margin))
+        return near
 
     def pixel_size(self, points: Array) -> float:
         """Return the length of a pixel's side about where the path (N, 3) is [m]."""

@@ -72,7 +72,9 @@ class PathAssembler:
         """Give out what is certain by now."""
         if self._path.finished:
             return
-        self._joiner.add_points(self._resampler.add(self._smoother.take()))
+        known_until = self._joiner.known_until(self._smoother.latest)
+        self._joiner.add_points(self._resampler.add(self._smoother.take(
+            known_until, self._joiner.switches(self._smoother.needed_since))))
         complete = min(self._resampler.complete_until,
                        self._joiner.known_until(self._smoother.latest))
         until = min(complete, self._stop)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from bpc_perception.core.arrays import Array, Flags
 
 
@@ -24,6 +22,7 @@ class DepositionPath:
         plunger_velocity: (N,) [m/s]; NaN = unknown.
         flow_rate: (N,) [m^3/s]; NaN = unknown.
         extruding: (N,) whether ink was being pushed out; False where unknown.
+        extruder_known: (N,) whether the extruder's state is known.
     """
 
     print_id: str
@@ -36,6 +35,7 @@ class DepositionPath:
     plunger_velocity: Array
     flow_rate: Array
     extruding: Flags
+    extruder_known: Flags
 
     def __len__(self) -> int:
         return len(self.time)
@@ -48,13 +48,14 @@ class DepositionPath:
         """Return the part that the nozzle had passed at this time [ns]."""
         return self.where(self.time <= (stamp_ns - self.start_ns) * 1e-9)
 
-    def every(self, step: int) -> DepositionPath:
-        """Return every n-th point, from the first on, with n = ``step``."""
-        return self.where(np.arange(len(self)) % step == 0)
+    def moved_to(self, points: Array) -> DepositionPath:
+        """Return the path with its points elsewhere (N, 3)."""
+        return replace(self, points=points)
 
     def where(self, kept: Flags) -> DepositionPath:
         """Return the path without the points at which ``kept`` (N,) is False."""
         return replace(
             self, time=self.time[kept], arc_length=self.arc_length[kept],
             points=self.points[kept], plunger_velocity=self.plunger_velocity[kept],
-            flow_rate=self.flow_rate[kept], extruding=self.extruding[kept])
+            flow_rate=self.flow_rate[kept], extruding=self.extruding[kept],
+            extruder_known=self.extruder_known[kept])

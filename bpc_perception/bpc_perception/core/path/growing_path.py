@@ -34,10 +34,10 @@ class GrowingPath:
         self.finished = False
         self._forgotten = oldest
         self._count = 0  # of those kept
-        # Time, arc length, points, plunger velocity, flow rate, extruding; with room at the end.
+        # In the order of ``append``, with room at the end.
         self._arrays: tuple[NDArray[Any], ...] = (
             np.empty(0), np.empty(0), np.empty((0, 3)), np.empty(0), np.empty(0),
-            np.empty(0, bool))
+            np.empty(0, bool), np.empty(0, bool))
 
     def __len__(self) -> int:
         return self._forgotten + self._count
@@ -53,9 +53,10 @@ class GrowingPath:
         return np.array((time, arc, *points))
 
     def append(self, time: Array, arc_length: Array, points: Array, plunger_velocity: Array,
-               flow_rate: Array, extruding: Flags) -> None:
+               flow_rate: Array, extruding: Flags, extruder_known: Flags) -> None:
         """Append points (N, 3) with what is known of each (N,); see DepositionPath."""
-        new = (time, arc_length, points, plunger_velocity, flow_rate, extruding)
+        new = (time, arc_length, points, plunger_velocity, flow_rate, extruding,
+               extruder_known)
         self._make_room(len(time))
         end = self._count + len(time)
         for array, values in zip(self._arrays, new, strict=True):
@@ -74,18 +75,20 @@ class GrowingPath:
         if path.complete_until >= self.complete_until:
             self.append(path.time[known:], path.arc_length[known:], path.points[known:],
                         path.plunger_velocity[known:], path.flow_rate[known:],
-                        path.extruding[known:])
+                        path.extruding[known:], path.extruder_known[known:])
             self.complete_until, self.finished = path.complete_until, path.finished
         return True
 
     def path(self, first: int = 0) -> DepositionPath:
         """Return the path from point ``first`` on, as far as it is kept; views, not copies."""
         kept = slice(max(first - self._forgotten, 0), self._count)
-        time, arc, points, velocity, flow, extruding = (array[kept] for array in self._arrays)
+        time, arc, points, velocity, flow, extruding, extruder_known = (
+            array[kept] for array in self._arrays)
         return DepositionPath(
             print_id=self.print_id, start_ns=self.start_ns, complete_until=self.complete_until,
             finished=self.finished, time=time, arc_length=arc, points=points,
-            plunger_velocity=velocity, flow_rate=flow, extruding=extruding)
+            plunger_velocity=velocity, flow_rate=flow, extruding=extruding,
+            extruder_known=extruder_known)
 
     def _make_room(self, more: int) -> None:
         """Make room for more points, and forget the older half if there are too many."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections import deque
 from collections.abc import Iterable
 from itertools import takewhile
 import math
@@ -29,9 +30,14 @@ class ExtruderJoiner:
         self._points: list[PathPoint] = []
         self._states: list[ExtruderSample] = []
         self._state_times: list[float] = []
+        self._switches: deque[float] = deque()
+        self._extruding: bool | None = None  # as the newest state says
 
     def add_state(self, time: float, state: ExtruderSample) -> None:
         """Add a state at a time [s]; times must increase."""
+        if self._extruding is not None and state.extruding != self._extruding:
+            self._switches.append(time)
+        self._extruding = state.extruding
         self._states.append(state)
         self._state_times.append(time)
         if len(self._states) > MAXIMUM_WAITING_STATES:  # no poses come that would use them up
@@ -40,6 +46,12 @@ class ExtruderJoiner:
     def add_points(self, points: Iterable[PathPoint]) -> None:
         """Add the next points of the path."""
         self._points.extend(points)
+
+    def switches(self, since: float) -> list[float]:
+        """Return when ink was switched on or off after a time [s]; forget what was before."""
+        while self._switches and self._switches[0] < since:
+            self._switches.popleft()
+        return list(self._switches)
 
     def known_until(self, latest_pose: float) -> float:
         """Return up to what time states are known, or given up [s].
@@ -61,7 +73,8 @@ class ExtruderJoiner:
                 points=np.array([point.position for point in points]),
                 plunger_velocity=np.array([state.plunger_velocity for state in states]),
                 flow_rate=np.array([state.flow_rate for state in states]),
-                extruding=np.array([state.extruding for state in states]))
+                extruding=np.array([state.extruding for state in states]),
+                extruder_known=np.array([state is not UNKNOWN_STATE for state in states]))
         self._forget_states(max(bisect_right(self._state_times, until) - 1, 0))
 
     def _state_at(self, time: float) -> ExtruderSample:

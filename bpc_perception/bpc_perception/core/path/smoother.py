@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
 
 from bpc_perception.core.arrays import Array
 
+LONGEST_M = 0.002  # way over which poses are averaged at most
+
 
 class PoseSmoother:
     """Averages poses, and their times, over ``smoothing_time`` [s] around each.
 
-    Uniform motion stays what it is, however unevenly poses come. An average is only given out
-    when no later pose can change it. Sums run strictly in the order of the poses, so averages are
-    the same to the last bit, however poses are split into calls.
+    Uniform motion stays what it is, however unevenly poses come. Where ink is switched on or off,
+    as a rule at a corner, and where the nozzle goes fast, poses are averaged over less: neither a
+    stroke nor a lift is to be mixed with travel. An average is only given out when no later pose
+    can change it. Sums run strictly in the order of the poses, so averages are the same to the
+    last bit, however poses are split into calls.
 
     Attributes:
         latest: time of the newest pose [s]; -inf before the first.
@@ -29,6 +34,11 @@ class PoseSmoother:
         self._sums = np.zeros((1, 4))  # sum of all poses before each of these
         self._smoothed = 0  # how many of these are averaged already
 
+    @property
+    def needed_since(self) -> float:
+        """Time before which no switch of the ink matters any more [s]."""
+        return float(self._poses[0, 0]) - self._half if len(self._poses) else -math.inf
+
     def add(self, time: float, tip: Array) -> None:
         """Add a position (3,) [m] at a time [s]; times must increase."""
         x, y, z = tip.tolist()
@@ -36,25 +46,41 @@ class PoseSmoother:
         self._first = min(self._first, time)
         self.latest = time
 
-    def take(self) -> Array:
+    def take(self, known_until: float = math.inf, switches: Sequence[float] = ()) -> Array:
         """Return the averages (N, 5) that became certain since the last call.
 
         The columns are mean time [s], mean x, y, z [m], and the time of the pose itself [s].
+
+        Args:
+            known_until: up to what time it is known when ink was switched on or off [s].
+            switches: when it was, increasing [s].
         """
         self._sum_up_new()
         time = self._poses[:, 0]
         if len(time) == 0:
             return np.empty((0, 5))
-        ready = (int(np.searchsorted(time + self._half, time[-1], side='left')) if self._half
+        until = min(time[-1], known_until)
+        ready = (int(np.searchsorted(time + self._half, until, side='left')) if self._half
                  else len(time))
         centre = time[self._smoothed:ready]
         # As far back as ahead, or the path would not begin where the print does.
         reach = np.minimum(self._half, centre - self._first)
+        if len(switches):
+            reach = np.minimum(reach, _distance_to_nearest(centre, np.array(switches)))
+        reach = self._within_longest(centre, reach)
         low = np.searchsorted(time, centre - reach, side='left')
         high = np.searchsorted(time, centre + reach, side='right')
         mean = (self._sums[high] - self._sums[low]) / (high - low)[:, None]
         self._forget_before(ready)
         return np.column_stack((mean, centre))
+
+    def _within_longest(self, centre: Array, reach: Array) -> Array:
+        """Return reaches (N,) [s], shorter where the nozzle goes far in that time."""
+        time, place = self._poses[:, 0], self._poses[:, 1:4]
+        low = np.searchsorted(time, centre - reach, side='left')
+        high = np.searchsorted(time, centre + reach, side='right')
+        way = np.linalg.norm(place[high - 1] - place[low], axis=1)
+        return reach * LONGEST_M / np.maximum(way, LONGEST_M)
 
     def _sum_up_new(self) -> None:
         new = np.array(self._new).reshape(-1, 4)
@@ -70,3 +96,10 @@ class PoseSmoother:
         keep = int(np.searchsorted(time, time[ready - 1] - self._half)) if ready else 0
         self._poses, self._sums = self._poses[keep:], self._sums[keep:]
         self._smoothed = ready - keep
+
+
+def _distance_to_nearest(times: Array, others: Array) -> Array:
+    """Return how far (N,) times (N,) are from the nearest of others (K,), increasing."""
+    after = np.searchsorted(others, times)
+    padded = np.concatenate(([-np.inf], others, [np.inf]))
+    return np.minimum(times - padded[after], padded[after + 1] - times)

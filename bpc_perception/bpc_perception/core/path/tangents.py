@@ -5,24 +5,29 @@ from __future__ import annotations
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Index
+from bpc_perception.core.filters import runs
 from bpc_perception.core.geometry import unit_vectors
 
 TYPICAL_POINTS = 1000  # at most this number tells what is typical of a path
 
 
-def smoothed_tangents(points: Array, index: Index, length: float) -> Array:
+def smoothed_tangents(points: Array, piece: Index, index: Index, length: float) -> Array:
     """Return unit tangents (N, 3) of a path, each over a length [m] around its point.
+
+    Which way the path went between pieces, where it was not seen or the nozzle was lifted, is not
+    known: each has directions of its own.
 
     NaN where the path does not move at all.
 
     Args:
         points: (P, 3) the path [m].
+        piece: (P,) number of the piece that each point belongs to, never falling.
         index: (N,) of the points whose tangents are wanted, increasing.
         length: of the path that makes up a tangent [m].
     """
     spacing = typical_spacing(points)
     reach = int(np.clip(round(length / 2 / spacing), 1, max((len(points) - 1) // 2, 1)))
-    first, last = _pieces(points, index, max(length, 2 * spacing))
+    first, last = _pieces(points, piece, index, max(length, 2 * spacing))
     # As far back as ahead, so that a bend does not turn the tangent.
     near = np.minimum(reach, np.minimum(index - first, last - index))
     step = points[index + near] - points[index - near]
@@ -32,16 +37,16 @@ def smoothed_tangents(points: Array, index: Index, length: float) -> Array:
     return unit_vectors(_moving(step))
 
 
-def _pieces(points: Array, index: Index, longest_step: float) -> tuple[Index, Index]:
+def _pieces(points: Array, piece: Index, index: Index,
+            longest_step: float) -> tuple[Index, Index]:
     """Return the first and the last point (N,) of the piece in which each point lies.
 
-    Which way the path went across a hole, where poses are missing or the nozzle was lifted, is
-    not known: each piece between holes has directions of its own.
+    A hole, where poses are missing, divides a piece.
     """
     away = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    holes = np.flatnonzero(away > longest_step)
-    piece = np.searchsorted(holes, index)
-    return np.append(0, holes + 1)[piece], np.append(holes, len(points) - 1)[piece]
+    holes = np.flatnonzero((away > longest_step) | (piece[1:] != piece[:-1]))
+    own = np.searchsorted(holes, index)
+    return np.append(0, holes + 1)[own], np.append(holes, len(points) - 1)[own]
 
 
 def _step_at_end(points: Array, end: Index, way: int, room: Index, reach: int) -> Array:
@@ -77,15 +82,17 @@ def typical_spacing(points: Array) -> float:
     return max(float(np.median(np.linalg.norm(points[start + 1] - points[start], axis=1))), 1e-6)
 
 
-def tangents(path: Array) -> Array:
+def tangents(path: Array, piece: Index | None = None) -> Array:
     """Return unit tangents (N, 3) of a path (N, 3): central differences, one-sided at its ends.
 
-    NaN where the points on either side coincide, and for a path of less than two points.
+    NaN where the points on either side coincide, and for a path of less than two points. With
+    numbers of its pieces (N,), each is a path of its own.
     """
     if len(path) < 2:
         return np.full_like(path, np.nan)
-    step = np.empty_like(path)
-    step[1:-1] = path[2:] - path[:-2]
-    step[0], step[-1] = path[1] - path[0], path[-1] - path[-2]
+    index = np.arange(len(path))
+    first, end = (0, len(path)) if piece is None else runs(piece)
+    step = (path[np.minimum(index + 1, np.subtract(end, 1))]
+            - path[np.maximum(index - 1, first)])
     length = np.linalg.norm(step, axis=1, keepdims=True)
     return np.divide(step, length, out=np.full_like(step, np.nan), where=length > 0)

@@ -54,7 +54,8 @@ def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
     measured = (profile.status[shown] == Status.MEASURED) & np.isfinite(
         sides[0] + sides[1]).all(axis=1)
     left, right = (np.where(measured[:, None], points, path) * MM_PER_M for points in sides)
-    starts = np.flatnonzero(measured[:-1] & measured[1:])
+    stroke = profile.stroke[shown]
+    starts = np.flatnonzero(measured[:-1] & measured[1:] & (stroke[:-1] == stroke[1:]))
     if not len(starts):
         return
     deviation = PERCENT * (thickness / reference(profile, targets)[shown] - 1)

@@ -24,7 +24,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 TARGET, FLOW, SPEED = 2e-3, 1e-8, 0.01
 SPACING = 2e-4
 CONFIG = AdviceConfig(target_thickness=TARGET, slew_rate=100, acquisition_time=0)
-M, GAP, NO_DATA = Status.MEASURED, Status.GAP, Status.NO_DATA
+M, GAP, NO_DATA, BARE = Status.MEASURED, Status.GAP, Status.NO_DATA, Status.BARE
 
 
 def width(flow: Any = FLOW, speed: float = SPEED, share: Any = 1.0) -> Any:
@@ -45,8 +45,12 @@ def seen(path: DepositionPath, thickness: Any, status: Any = None, delay: float 
     """What is measured of it."""
     values = np.broadcast_to(np.asarray(thickness, float), len(path)).copy()
     profile = profile_of(values.tolist(), status, spacing=SPACING)
+    # An extruder that never pushes is not heard; what is commanded is one stroke up to travel.
+    travel = path.extruder_known & path.extruding.any() & ~path.extruding
+    stroke = np.where(travel, 0, 1 + np.cumsum(np.diff(travel, prepend=False) & travel))
     return replace(profile, stamp_ns=START_NS + round((path.time[-1] + delay) * SECOND),
                    print_id=path.print_id, time=path.time, extruding=path.extruding,
+                   extruder_known=path.extruder_known, stroke=stroke,
                    left=values / 2 + offset, right=values / 2 - offset)
 
 
@@ -231,7 +235,7 @@ def test_a_gap_made_on_purpose_is_no_alarm() -> None:
     path = laid(300)
     on = np.abs(np.arange(300) - 270) > 15
     path = replace(path, extruding=on, flow_rate=np.where(on, FLOW, 0.0))
-    result = advise(path, np.where(on, width(), 0), np.where(on, M, GAP))
+    result = advise(path, np.where(on, width(), np.nan), np.where(on, M, BARE))
     assert result.valid
     assert result.reason is not Reason.LIMITED
 
@@ -253,19 +257,21 @@ def test_a_bead_beside_the_path_is_an_alarm() -> None:
 @pytest.mark.parametrize('fault', ['silent', 'stands'])
 def test_an_extruder_that_stopped_is_an_alarm(fault: str) -> None:
     path = laid(300)
-    flow, on = path.flow_rate.copy(), path.extruding.copy()
+    flow, on, known = (array.copy() for array in (
+        path.flow_rate, path.extruding, path.extruder_known))
     if fault == 'silent':
-        flow[-10:], on[-10:] = np.nan, False
+        flow[-10:], on[-10:], known[-10:] = np.nan, False, False
     else:
         flow[-10:] = 0
-    path = replace(path, flow_rate=flow, extruding=on)
+    path = replace(path, flow_rate=flow, extruding=on, extruder_known=known)
     assert_changes_nothing(advise(path, width()), Reason.EXTRUDER_FAULT)
 
 
 def test_an_extruder_that_was_silent_for_a_while_does_not_raise_the_rate() -> None:
     path = laid(300)
     silent = (np.arange(300) >= 200) & (np.arange(300) < 275)  # for 1.5 s
-    path = replace(path, flow_rate=np.where(silent, np.nan, FLOW), extruding=~silent)
+    path = replace(path, flow_rate=np.where(silent, np.nan, FLOW), extruding=~silent,
+                   extruder_known=~silent)
     result = advise(path, width(), config=replace(CONFIG, minimum_coverage=0.1))
     assert (result.valid, result.reason) == (True, Reason.ON_TARGET)
 

@@ -236,7 +236,8 @@ def test_where_the_nozzle_was_lifted_there_is_no_sample(measured: Measure) -> No
     profile = measured(capture_of(band_image(), LATER), replace(PATH, points=lifted))
     assert 60 <= len(profile) <= 61
     np.testing.assert_array_equal(profile.points, lifted[-len(profile):])
-    for values in (profile.thickness, profile.left_points, profile.extruding, profile.status):
+    for values in (profile.thickness, profile.left_points, profile.extruding, profile.status,
+                   profile.extruder_known, profile.stroke):
         assert len(values) == len(profile)
 
 
@@ -256,6 +257,8 @@ def test_a_profile_tells_where_it_comes_from(method: str) -> None:
             profile.method) == (LATER, 'print', START_NS, 5, method)
     np.testing.assert_array_equal(profile.arc_length, PATH.arc_length)
     np.testing.assert_array_equal(profile.extruding, path.extruding)
+    np.testing.assert_array_equal(profile.extruder_known, path.extruder_known)
+    assert profile.stroke.tolist() == [1] * 81  # what is so short is no travel
     assert profile.processing_time > 0
 
 
@@ -312,7 +315,7 @@ def test_whatever_comes_is_measured_or_refused(seed: int) -> None:
         unknown = np.full(count, np.nan)
         path = DepositionPath('any', 0, 1e3, True, np.arange(count) * 0.1,
                               np.arange(count) * 1e-4, points, unknown, unknown,
-                              rng.random(count) < 0.5)
+                              rng.random(count) < 0.5, rng.random(count) < 0.5)
         for method in ('cross_section', 'paper'):
             try:
                 profile = measure(capture, path, DOWN, ThicknessConfig(method=method))

@@ -169,6 +169,7 @@ def test_an_extruder_state_holds_until_the_next() -> None:
     np.testing.assert_allclose(path.plunger_velocity,
                                np.array((0, 0.405, 0.713, 1.111))[expected])
     np.testing.assert_allclose(path.flow_rate, 2 * path.plunger_velocity)
+    assert path.extruder_known.all()  # also where it does not push
 
 
 def test_a_state_from_before_the_start_holds() -> None:
@@ -185,6 +186,7 @@ def test_an_old_state_is_not_believed() -> None:
     assert not path.extruding[unknown].any()
     assert path.extruding[path.time < 0.495].all()
     assert path.extruding[path.time > 1.505].any()
+    np.testing.assert_array_equal(path.extruder_known, path.extruding)
 
 
 def test_without_extruder_the_path_follows_after_the_timeout() -> None:
@@ -193,6 +195,7 @@ def test_without_extruder_the_path_follows_after_the_timeout() -> None:
     assert path.time[-1] == pytest.approx(2.48, abs=0.021)
     assert np.isnan(path.flow_rate).all()
     assert not path.extruding.any()
+    assert not path.extruder_known.any()
 
 
 def test_states_that_arrive_after_the_poses_still_count() -> None:

@@ -14,6 +14,7 @@ def test_until_gives_what_was_passed_by_then() -> None:
     assert len(path.until(at_ns(-0.1))) == 0
     part = path.until(at_ns(99))
     assert len(part) == len(part.points) == len(part.extruding) == len(part.flow_rate) == 11
+    assert len(part.extruder_known) == 11
 
 
 @pytest.mark.parametrize(('finished', 'time', 'covered'), [

@@ -21,7 +21,8 @@ def part(first: int, last: int) -> DepositionPath:
 
 
 def assert_same(found: DepositionPath, wanted: DepositionPath) -> None:
-    for name in ('time', 'arc_length', 'points', 'plunger_velocity', 'flow_rate', 'extruding'):
+    for name in ('time', 'arc_length', 'points', 'plunger_velocity', 'flow_rate', 'extruding',
+                 'extruder_known'):
         np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
     assert (found.complete_until, found.finished) == (wanted.complete_until, wanted.finished)
 

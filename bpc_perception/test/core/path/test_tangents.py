@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from perception_builders import one_piece
 import pytest
 
 from bpc_perception.core.path.tangents import smoothed_tangents, tangents
@@ -40,7 +41,7 @@ def test_next_to_a_hole_the_direction_is_that_of_the_curve(hole: float) -> None:
     pieces = np.split(angle, (50, 51, 90, 92))
     angle = np.concatenate([piece + number * hole for number, piece in enumerate(pieces)])
     circle = 5e-3 * np.column_stack((np.cos(angle), np.sin(angle), np.zeros(len(angle))))
-    found = smoothed_tangents(circle, np.arange(len(angle)), 1e-3)
+    found = smoothed_tangents(circle, one_piece(len(angle)), np.arange(len(angle)), 1e-3)
     expected = np.column_stack((-np.sin(angle), np.cos(angle), np.zeros(len(angle))))
     known = np.ones(len(angle), bool)
     known[50] = hole < 0.2  # one point alone has no direction of its own

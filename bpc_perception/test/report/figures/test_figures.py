@@ -103,7 +103,8 @@ def test_long_print_is_thinned_in_3d(result):
     points = np.column_stack((x, np.zeros(count), np.full(count, 0.1)))
     plain = np.full(count, MM)
     long = replace(result.profile, time=x, arc_length=x, points=points,
-                   extruding=np.ones(count, bool), status=np.zeros(count, np.uint8),
+                   extruding=np.ones(count, bool), extruder_known=np.ones(count, bool),
+                   stroke=np.ones(count, np.intp), status=np.zeros(count, np.uint8),
                    thickness=2 * plain, sigma=plain, left=plain, right=plain,
                    left_points=points, right_points=points)
     ribbon = trace(map_figure(long, None), 'measured')

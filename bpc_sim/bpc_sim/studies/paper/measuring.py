@@ -20,7 +20,8 @@ def case_path(case: PaperCase) -> DepositionPath:
     s = case.arc_length
     unknown = np.full(len(s), np.nan)
     return DepositionPath('study', 0, STAMP_NS * 1e-9, True, s / NOZZLE_SPEED_M_PER_S, s,
-                          case.path, unknown, unknown, np.ones(len(s), bool))
+                          case.path, unknown, unknown, np.ones(len(s), bool),
+                          np.ones(len(s), bool))
 
 
 def compare_case(case: PaperCase, image: Image) -> dict[str, Comparison]:

@@ -33,7 +33,8 @@ def straight_path() -> DepositionPath:
     s = np.arange(count) * 2e-4
     return DepositionPath('print', 10**9, 10.0, True, s * 100, s,
                           np.column_stack((s - 3e-3, np.zeros(count), np.full(count, 0.5))),
-                          np.full(count, 1e-5), np.full(count, 1e-9), np.ones(count, bool))
+                          np.full(count, 1e-5), np.full(count, 1e-9), np.ones(count, bool),
+                          np.ones(count, bool))
 
 
 def recorded_messages() -> list[tuple[str, Any]]:

@@ -25,7 +25,9 @@ from scipy.ndimage import maximum_filter1d
 
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.filters import thinned
 from bpc_perception.core.geometry import Plane
+from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.edges.edges import GLARE_PX
 from bpc_perception.core.measurement.cross_section.method import (
     CrossSections,
@@ -41,8 +43,8 @@ from bpc_perception.core.measurement.cross_section.tiles import (
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_window
 from bpc_perception.core.measurement.side_points import SidePoints
+from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
-from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.tangents import typical_spacing
 
 MOVED_PX = 0.1  # a camera that shifts the picture by more has moved
@@ -99,42 +101,40 @@ class _Remembered:
     """A print as it was measured.
 
     Attributes:
-        print_id: of the print.
+        track: the N points.
         config: with which it was measured.
         intrinsics: of the camera.
         T_base_camera: (4, 4) pose of the camera when all was measured last.
-        time, points: (N,), (N, 3) of the path, see DepositionPath.
         results: of the N path points.
         tiles: what was seen of each place when it was last measured, so that slow changes add up
             until they are noticed.
         length: how many points the print had when all of it was measured last.
     """
 
-    print_id: str
+    track: Track
     config: ThicknessConfig
     intrinsics: bytes
     T_base_camera: Array
-    time: Array
-    points: Array
     results: CrossSections
     tiles: Tiles
     length: int
 
-    def fits(self, path: DepositionPath, config: ThicknessConfig, sight: _Sight) -> bool:
+    def fits(self, track: Track, config: ThicknessConfig, sight: _Sight) -> bool:
         """Return whether results can be kept: same print, settings and camera, not much longer."""
-        return (self.print_id == path.print_id and self.config == config
+        return (self.track.print_id == track.print_id and self.config == config
                 and self.intrinsics == sight.intrinsics
                 and self.tiles.depth.shape == sight.tiles.depth.shape
                 and self.results.contrast is not None
-                and len(path) <= LONGEST_GROWTH * self.length
+                and len(track) <= LONGEST_GROWTH * self.length
                 and _camera_stood(sight, self.T_base_camera))
 
-    def same_points(self, path: DepositionPath) -> tuple[Index, Flags]:
+    def same_points(self, track: Track) -> tuple[Index, Flags]:
         """Return which remembered point each point (N,) of a path is, and whether it is one."""
-        old = np.minimum(np.searchsorted(self.time, path.time), len(self.time) - 1)
-        same: Flags = self.time[old] == path.time
+        before = self.track
+        old = np.minimum(np.searchsorted(before.time, track.time), len(before) - 1)
+        same: Flags = (before.time[old] == track.time) & (before.along[old] == track.along)
         for axis in range(3):
-            same &= self.points[old, axis] == path.points[:, axis]
+            same &= before.points[old, axis] == track.points[:, axis]
         return old, same
 
 
@@ -161,49 +161,55 @@ class PrintMemory:
     def __init__(self) -> None:
         self.last: _Remembered | None = None
 
+    @property
+    def contrast(self) -> Contrast | None:
+        """How ink differs from bed, as the last capture showed it; None = not known."""
+        return self.last.results.contrast if self.last is not None else None
 
-def measure_across_path(view: View, path: DepositionPath, bed: Plane, config: ThicknessConfig,
+
+def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessConfig,
                         memory: PrintMemory) -> Samples:
-    """Measure a path by cross-sections, which are no closer together than pixels.
+    """Measure a track by cross-sections, which are no closer together than pixels.
 
     The memory is used, and replaced by what is known now.
     """
-    pixels_apart = view.pixel_size(path.points) / typical_spacing(path.points)
-    step = min(int(pixels_apart), len(path) // 3)
+    pixels_apart = view.pixel_size(track.points) / typical_spacing(track.points)
+    step = min(int(pixels_apart), len(track) // 3)
     if step <= 1:
-        return measure_incrementally(view, path, bed, config, memory)
-    samples = measure_incrementally(view, path.every(step), bed, config, memory)
-    return samples.at(np.arange(len(path)) / step)
+        return measure_incrementally(view, track, bed, config, memory)
+    chosen = thinned(track.piece, step)
+    samples = measure_incrementally(view, track.of(chosen), bed, config, memory)
+    return samples.at(np.interp(np.arange(len(track)), chosen, np.arange(len(chosen))))
 
 
-def measure_incrementally(view: View, path: DepositionPath, bed: Plane, config: ThicknessConfig,
+def measure_incrementally(view: View, track: Track, bed: Plane, config: ThicknessConfig,
                           memory: PrintMemory) -> Samples:
     """Measure a path where something is new, and keep the results elsewhere."""
-    sight = _look_at(view, path, bed, config)
+    sight = _look_at(view, track, bed, config)
     last, memory.last = memory.last, None  # should measuring fail
-    plan = (_plan(last, path, sight, config)
-            if last is not None and last.fits(path, config, sight) else None)
+    plan = (_plan(last, track, sight, config)
+            if last is not None and last.fits(track, config, sight) else None)
     if last is None or plan is None:
-        memory.last = _measure_all(sight, path, bed, config)
+        memory.last = _measure_all(sight, track, bed, config)
     else:
-        memory.last = _measure_new(last, plan, sight, path, bed, config)
+        memory.last = _measure_new(last, plan, sight, track, bed, config)
     return memory.last.results.samples
 
 
-def _look_at(view: View, path: DepositionPath, bed: Plane, config: ThicknessConfig) -> _Sight:
-    pixel = view.pixel_size(path.points)
-    feet = bed.project(path.points)
+def _look_at(view: View, track: Track, bed: Plane, config: ThicknessConfig) -> _Sight:
+    pixel = view.pixel_size(track.points)
+    feet = bed.project(track.points)
     uv = view.pixels(feet)
     seen = view.capture.camera.contains(uv)
     return _Sight(view, feet, uv, seen, tiles_of(uv, seen, view.capture.camera),
                   picture(view.capture, uv[seen], config.cross_section.reach / pixel), pixel)
 
 
-def _plan(last: _Remembered, path: DepositionPath, sight: _Sight,
+def _plan(last: _Remembered, track: Track, sight: _Sight,
           config: ThicknessConfig) -> _Plan | None:
     """Plan what is to be measured; None = so much that all is measured."""
-    old, same = last.same_points(path)
-    window = steady_window(typical_spacing(path.points))
+    old, same = last.same_points(track)
+    window = steady_window(typical_spacing(track.points))
     half = _half_width(last.results.samples.sides, config.cross_section.reach) / sight.pixel
     changed = changes(last.tiles, sight.tiles, config.obstacle_height / 2)
     late = maximum_filter1d(~same, window)
@@ -212,22 +218,22 @@ def _plan(last: _Remembered, path: DepositionPath, sight: _Sight,
     return _Plan(old, anew, asked, changed) if asked.mean() <= MOST_ANEW else None
 
 
-def _measure_all(sight: _Sight, path: DepositionPath, bed: Plane,
+def _measure_all(sight: _Sight, track: Track, bed: Plane,
                  config: ThicknessConfig) -> _Remembered:
-    results = measure_cross_sections(sight.view, path.points, path.extruding, bed, config)
-    return _Remembered(path.print_id, config, sight.intrinsics, sight.view.T_base_camera,
-                       path.time, path.points, results, sight.tiles, len(path))
+    results = measure_cross_sections(sight.view, track, bed, config)
+    return _Remembered(track, config, sight.intrinsics, sight.view.T_base_camera, results,
+                       sight.tiles, len(track))
 
 
-def _measure_new(last: _Remembered, plan: _Plan, sight: _Sight, path: DepositionPath, bed: Plane,
+def _measure_new(last: _Remembered, plan: _Plan, sight: _Sight, track: Track, bed: Plane,
                  config: ThicknessConfig) -> _Remembered:
     samples = last.results.samples.of(plan.old)
     if plan.asked.any():
-        part = measure_cross_sections(sight.view, path.points, path.extruding, bed, config,
+        part = measure_cross_sections(sight.view, track, bed, config,
                                       np.flatnonzero(plan.asked), last.results.contrast)
         chosen = np.flatnonzero(plan.anew[plan.asked])
         samples = samples.with_part(np.flatnonzero(plan.anew), part.samples.of(chosen))
-    return replace(last, time=path.time, points=path.points,
+    return replace(last, track=track,
                    results=replace(last.results, samples=samples),
                    tiles=last.tiles.where_else(plan.changed, sight.tiles))
 

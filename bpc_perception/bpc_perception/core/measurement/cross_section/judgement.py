@@ -62,7 +62,7 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, noisy: Fla
         ending: (N,) whether ink begins or ends within half a pixel along the path.
     """
     width = left.distance + right.distance
-    typical = typical_width(width, sections.spacing)
+    typical = typical_width(width, sections)
     middle = look_at_middle(sections, ink, typical)
     inked, gap = middle.inked, middle.bare & ~sections.raised
     crossing = meets_other_pass(sections, typical, inked) | left.joined | right.joined
@@ -83,9 +83,10 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, noisy: Fla
                      Status.LOW_CONFIDENCE).astype(np.uint8)
 
 
-def typical_width(width: Array, spacing: float) -> Array:
+def typical_width(width: Array, sections: Sections) -> Array:
     """Return the width (N,) to be expected, from widths (N,) around along the path [m]."""
-    return running_median(width, 2 * round(TYPICAL_HALF_LENGTH_M / spacing) + 1)
+    return running_median(width, 2 * round(TYPICAL_HALF_LENGTH_M / sections.spacing) + 1,
+                          sections.piece)
 
 
 def look_at_middle(sections: Sections, ink: Floats, typical: Array) -> Middle:
@@ -126,7 +127,7 @@ def leans_over_gap(sections: Sections, gap: Flags) -> Flags:
 
     Seen obliquely along the path, the ridge of a bead's end covers the bed beyond.
     """
-    arc = sections.index * sections.spacing
+    arc = sections.along
     gaps = arc[gap]
     if len(gaps) == 0:
         return np.zeros(len(gap), bool)

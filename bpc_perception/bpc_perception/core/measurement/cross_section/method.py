@@ -14,6 +14,7 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import CrossSectionConfig, ThicknessConfig
+from bpc_perception.core.filters import thinned
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.appearance.appearance import (
     Appearance,
@@ -28,6 +29,7 @@ from bpc_perception.core.measurement.cross_section.sections.sections import Sect
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_step
 from bpc_perception.core.measurement.side_points import SidePoints
+from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 
 LIGHT_WIDTH_PX = 10.0  # of the bead for which ``light_sigma`` is given
@@ -46,23 +48,22 @@ class CrossSections:
     contrast: Contrast | None
 
 
-def measure_cross_sections(view: View, points: Array, extruding: Flags, bed: Plane,
-                           config: ThicknessConfig, index: Index | None = None,
+def measure_cross_sections(view: View, track: Track, bed: Plane, config: ThicknessConfig,
+                           index: Index | None = None,
                            known: Contrast | None = None) -> CrossSections:
-    """Measure a path, or some points of it.
+    """Measure a track, or some points of it.
 
     Args:
         view: the capture.
-        points: (P, 3) the path in the base frame [m].
-        extruding: (P,) whether ink was being pushed out.
+        track: P points of a path, all that ink in view may come from.
         bed: plane of the bed.
         config: how to measure.
         index: (N,) of the points to measure; None = all. The ends of a part are not known well.
         known: the contrast of the whole print, which a part needs.
     """
-    index = np.arange(len(points)) if index is None else index
-    sections = lay_sections(view, points, index, bed, config)
-    appearance = appearance_along(sections, extruding[index], known)
+    index = np.arange(len(track)) if index is None else index
+    sections = lay_sections(view, track, index, bed, config)
+    appearance = appearance_along(sections, track.extruding[index], known)
     ink = ink_share(sections, appearance)
     right, left = find_edges(sections, appearance.noise, ink)
     status = judge(sections, ink, left, right,
@@ -75,9 +76,11 @@ def measure_cross_sections(view: View, points: Array, extruding: Flags, bed: Pla
 
 def appearance_along(sections: Sections, extruding: Flags, known: Contrast | None) -> Appearance:
     """Find the appearance at each section; light changes slowly, so not every one is looked at."""
-    step, count = steady_step(sections.spacing), len(sections.index)
-    near = np.minimum((np.arange(count) + step // 2) // step, (count - 1) // step)
-    return find_appearance(sections.every(step), extruding[::step], known).at(near)
+    step = steady_step(sections.spacing)
+    asked = thinned(sections.piece, step)
+    near = np.rint(np.interp(np.arange(len(sections.piece)), asked, np.arange(len(asked))))
+    return find_appearance(sections.of(asked, step), extruding[asked], known).at(
+        near.astype(np.intp))
 
 
 def side_points(sections: Sections, left: Edges, right: Edges) -> SidePoints:

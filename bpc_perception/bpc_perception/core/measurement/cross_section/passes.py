@@ -39,6 +39,6 @@ def meets_other_pass(sections: Sections, width: Array, inked: Flags) -> Flags:
 
 
 def _arc_between(sections: Sections, pairs: Index | tuple[Index, Index]) -> Array:
-    """Return the length of path (K,) between two sections each [m]."""
+    """Return the length of ink (K,) between two sections each [m]."""
     one, other = pairs
-    return np.asarray(np.abs(sections.index[one] - sections.index[other]) * sections.spacing)
+    return np.asarray(np.abs(sections.along[one] - sections.along[other]))

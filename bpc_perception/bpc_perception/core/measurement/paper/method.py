@@ -24,19 +24,21 @@ from bpc_perception.core.measurement.paper.visibility import (
     visibility,
 )
 from bpc_perception.core.measurement.samples import Samples
+from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.tangents import tangents
 from bpc_perception.core.profile import Status
 
 
-def measure_as_published(view: View, points: Array, bed: Plane,
+def measure_as_published(view: View, track: Track, bed: Plane,
                          config: ThicknessConfig) -> Samples:
-    """Measure a path (N, 3) in the base frame [m] by the published method."""
+    """Measure a track by the published method."""
+    points = track.points
     contours = contours_3d(view, config)
     plane = surface_plane(contours, view, bed)
     containing = containing_contour(
         plane.coordinates(points), [plane.coordinates(contour) for contour in contours])
-    sides = cut_contours(points, tangents(points), contours, containing, plane.normal)
+    sides = cut_contours(points, tangents(points, track.piece), contours, containing, plane.normal)
 
     one_sided = np.isnan(sides.left_distance + sides.right_distance)
     obstacle = find_obstacles(view, bed, config.obstacle_height)

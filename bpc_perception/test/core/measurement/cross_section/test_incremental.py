@@ -88,7 +88,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     whole = incremental.measure_cross_sections
 
     def count(*arguments: object) -> object:
-        index = arguments[5] if len(arguments) > 5 else arguments[1]
+        index = arguments[4] if len(arguments) > 4 else arguments[1]
         counts.append(len(index))  # type: ignore[arg-type]
         return whole(*arguments)  # type: ignore[arg-type]
 

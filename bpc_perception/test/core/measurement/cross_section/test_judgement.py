@@ -13,6 +13,7 @@ from perception_builders import (
     capture_of,
     DOWN,
     INK,
+    one_piece,
     PIXEL as IMAGE_PIXEL,
     surface,
 )
@@ -40,11 +41,12 @@ OFFSET = np.arange(-80, 81) * 0.05 * MM  # half a pixel apart
 WIDTH = 1.98 * MM
 
 
-def flat_sections(foot: Array, index: Array | None = None) -> Sections:
+def flat_sections(foot: Array, along: Array | None = None) -> Sections:
     """Sections along +y across a path at feet (N, 3), on which nothing is amiss."""
     shape = len(foot), len(OFFSET)
     return Sections(
-        index=np.arange(len(foot)) if index is None else index, foot=foot,
+        piece=one_piece(len(foot)),
+        along=np.arange(len(foot)) * SPACING if along is None else along, foot=foot,
         lateral=np.tile((0.0, 1.0, 0.0), (len(foot), 1)), lean=np.zeros(len(foot)), offset=OFFSET,
         pixel=PIXEL, spacing=SPACING, inside=np.ones(shape, bool), hidden=np.zeros(shape, bool),
         depth=np.ones(len(foot), bool), raised=np.zeros(len(foot), bool),
@@ -225,7 +227,9 @@ def test_the_width_to_be_expected_is_the_median_within_5_mm() -> None:
     # Six of the eleven within 5 mm are wide, but four of nine within 4 mm, and six of 13 within 6.
     width = np.ones(21)
     width[[5, 7, 8, 12, 13, 15]] = 2.0
-    assert typical_width(width, 1 * MM)[10] == 2.0
+    along = np.arange(21) * MM
+    sections = replace(flat_sections(np.outer(along, (1.0, 0.0, 0.0)), along), spacing=1 * MM)
+    assert typical_width(width, sections)[10] == 2.0
 
 
 @pytest.mark.parametrize(('lean', 'leaning'), [
@@ -245,7 +249,8 @@ def test_a_ridge_that_leans_by_less_than_a_tenth_of_a_pixel_hides_nothing(
         lean: float, leaning: list[int]) -> None:
     """Sections are 0.002 mm apart: five of them are within 0.0111 mm."""
     gap = np.arange(COUNT) == SAMPLE
-    sections = replace(Scene().sections, spacing=SPACING / 10,
+    sections = Scene().sections
+    sections = replace(sections, along=sections.along / 10, spacing=SPACING / 10,
                        lean=np.where(gap, 0.0, lean * MM))
     assert np.flatnonzero(leans_over_gap(sections, gap)).tolist() == leaning
 
@@ -266,7 +271,8 @@ def test_passes_whose_beads_touch_meet(apart: float, met: bool) -> None:
     """Two beads of 1 mm touch from 1 mm, and a pixel of 0.1 mm, between their middles."""
     along = np.tile(np.arange(20) * SPACING, 2)
     foot = np.column_stack((along, np.repeat((0.0, apart * MM), 20), np.zeros(40)))
-    sections = flat_sections(foot, np.concatenate((np.arange(20), 5000 + np.arange(20))))
+    sections = flat_sections(
+        foot, np.concatenate((np.arange(20), 5000 + np.arange(20))) * SPACING)
     found = meets_other_pass(sections, np.full(40, 1 * MM), np.ones(40, bool))
     assert found[10] == found[30] == met
     assert not meets_other_pass(sections, np.full(40, 1 * MM), np.arange(40) < 20).any()
@@ -277,7 +283,7 @@ def test_a_bend_of_one_pass_meets_nothing(longer: float, met: bool) -> None:
     """Half a circle on a chord of 0.8 mm, and 1 mm of width: 2.257 mm of path, no more."""
     steps = round(longer * (np.pi / 2 * 0.8 + 1.0) * MM / SPACING)
     foot = np.array(((0.0, 0.0, 0.0), (0.0, 0.8 * MM, 0.0)))
-    sections = flat_sections(foot, np.array((0, steps)))
+    sections = flat_sections(foot, np.array((0, steps)) * SPACING)
     assert meets_other_pass(sections, np.full(2, 1 * MM), np.ones(2, bool)).tolist() == [met] * 2
 
 

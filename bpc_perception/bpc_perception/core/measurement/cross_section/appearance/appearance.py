@@ -83,7 +83,7 @@ def find_appearance(sections: Sections, extruding: Flags,
     """
     pixels = once_a_pixel(sections)
     centre = colours_on_path(sections)
-    bed = find_bed(sections, np.stack([
+    bed, open_bed = find_bed(sections, np.stack([
         masked_median(pixels.colour[:, side], pixels.beside[:, side])
         for side in pixels.sides]), centre, known)
     from_bed = _less_bed(pixels, bed)
@@ -110,8 +110,10 @@ def find_appearance(sections: Sections, extruding: Flags,
         if known is None:
             spread = bed_spread + _ink_spread(pixels, ink, ink_pixels)
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
-    # On ink brighter than its bed, what is brighter still is no less ink.
-    brightness = np.where(local.mean(axis=1) < 0, bed.mean(axis=2), np.inf)
+    # On ink brighter than its bed, what is brighter still is no less ink. Bed is darkened by ink
+    # close to it, and by how much differs.
+    brightest = np.maximum(bed, open_bed).mean(axis=2)
+    brightness = np.where(local.mean(axis=1) < 0, brightest, np.inf)
     contrast = known or Contrast(float(sections.clearance.max()) / 2, typical, bed_spread, spread)
     return Appearance(bed, weight, noise,
                       brightness + GLARE_SIGMAS * np.sqrt(bed_spread.sum()) / 3, contrast)

@@ -12,8 +12,8 @@ NEAR_BED = 0.4  # of the step from bed to ink: what is nearer to the bed is take
 
 
 def find_bed(sections: Sections, beside: Array, centre: Array,
-             known: Contrast | None = None) -> Array:
-    """Find the colours (2, N, 3) of the bed on the right and on the left.
+             known: Contrast | None = None) -> tuple[Array, Array]:
+    """Find the colours (2, N, 3) of the bed on the right and on the left, close and in the open.
 
     Where strands lie closely, what lies half-way between them may be ink as well. It is taken for
     bed only if it is nearer to the bed farther out than to the ink.
@@ -34,7 +34,8 @@ def find_bed(sections: Sections, beside: Array, centre: Array,
         sure |= (beside - open_bed) @ step < NEAR_BED * (step @ step)
     bed = np.stack([sections.steady(np.where(chosen[:, None], colours, np.nan))
                     for chosen, colours in zip(sure, beside, strict=True)])
-    return np.where(np.isfinite(bed), bed, bed[::-1])
+    bed = np.where(np.isfinite(bed), bed, bed[::-1])
+    return bed, np.where(np.isfinite(open_bed), open_bed, bed)
 
 
 def strong_step(step: Array) -> Array:

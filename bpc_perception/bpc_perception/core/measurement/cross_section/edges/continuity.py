@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Flags, Floats
+from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.filters import running_median
 from bpc_perception.core.measurement.cross_section.edges.rim import steepest_shift
 from bpc_perception.core.measurement.cross_section.sections.sections import (
@@ -65,15 +65,15 @@ def follow_along_path(sections: Sections, noise: Array, share: Floats, near: Loc
     step = SAMPLE_STEP_PX * sections.pixel
     chosen = near if sure.all() else choose(sections, near, far, sure)
     tolerance = np.fmax(SPIKE_SIGMAS * chosen.sigma, SPIKE_PX * sections.pixel)
-    flaw = flaws(chosen.distance, tolerance, sections.spacing)
+    flaw = flaws(chosen.distance, tolerance, sections.spacing, sections.piece)
     distance, sigma = (np.where(flaw, np.nan, values)
                        for values in (chosen.distance, chosen.sigma))
     shift = steepest_shift(share, distance / step, noise, steady_window(sections.spacing),
-                           sections.spacing / sections.pixel)
+                           sections.spacing / sections.pixel, sections.piece)
     distance = distance + shift * step
     sigma = np.hypot(sigma, np.nan_to_num(SHIFT_DOUBT * shift * step))
     passes = smoothing_passes(distance, sections.spacing)
-    smooth = smoothed(distance, passes)
+    smooth = smoothed(distance, passes, sections.piece)
     gain = np.where(smooth == distance, 1.0, (2 * np.pi * max(passes, 1)) ** -0.25)
     return smooth, sigma * gain
 
@@ -89,7 +89,7 @@ def choose(sections: Sections, near: Located, far: Located, sure: Flags) -> Loca
     return Located(chosen.distance, np.hypot(chosen.sigma, doubt))
 
 
-def flaws(distance: Array, tolerance: Array, spacing: float) -> Flags:
+def flaws(distance: Array, tolerance: Array, spacing: float, piece: Index) -> Flags:
     """Return where (N,) an edge does not go on from its neighbours.
 
     These are single edges, and short stretches that begin and end with a jump, as where a
@@ -99,11 +99,13 @@ def flaws(distance: Array, tolerance: Array, spacing: float) -> Flags:
         distance: (N,) of the edge from the path [m]; NaN = none.
         tolerance: (N,) within which an edge goes on [m].
         spacing: between path points [m].
+        piece: (N,) number of the piece of path; between pieces nothing goes on.
     """
-    single = np.abs(distance - running_median(distance, SPIKE_NEIGHBOURS)) > tolerance
-    jump = np.abs(np.diff(distance)) > np.maximum(tolerance[1:], spacing)
+    single = np.abs(distance - running_median(distance, SPIKE_NEIGHBOURS, piece)) > tolerance
+    other = piece[1:] != piece[:-1]
+    jump = (np.abs(np.diff(distance)) > np.maximum(tolerance[1:], spacing)) & ~other
     unknown = np.isnan(distance)
-    border = np.concatenate(([True], jump | unknown[1:] | unknown[:-1]))
+    border = np.concatenate(([True], jump | other | unknown[1:] | unknown[:-1]))
     stretch = np.cumsum(border) - 1
     length = np.bincount(stretch)[stretch] * spacing
     jumps = np.bincount(stretch, np.concatenate(([False], jump)), len(border))
@@ -112,16 +114,18 @@ def flaws(distance: Array, tolerance: Array, spacing: float) -> Flags:
     return single | ((length < ISLAND_M) & (jumps > 0)[stretch] & (ends > 0)[stretch])
 
 
-def smoothed(values: Array, passes: int) -> Array:
+def smoothed(values: Array, passes: int, piece: Index) -> Array:
     """Return values (N,) with a quarter of each neighbour mixed in, ``passes`` times.
 
-    Near unknown values, NaN, and near the ends it is done fewer times.
+    Near unknown values, NaN, and near the ends of pieces (N,) it is done fewer times.
     """
     result = values.copy()
     inner = np.isfinite(values)
+    other = piece[1:] != piece[:-1]
+    ends = np.append(True, other) | np.append(other, True)
     for _ in range(passes):
         inner[1:-1] &= inner[:-2] & inner[2:]
-        inner[[0, -1]] = False
+        inner[ends] = False
         middle = (result[:-2] + 2 * result[1:-1] + result[2:]) / 4
         result[1:-1][inner[1:-1]] = middle[inner[1:-1]]
     return result

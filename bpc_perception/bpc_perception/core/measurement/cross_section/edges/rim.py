@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 from scipy.special import ndtr
 
 from bpc_perception.core.arrays import Array, Floats, Index
+from bpc_perception.core.filters import running_mean
 
 # All lengths along a section are in samples, see SAMPLE_STEP_PX.
 REACH = 6  # from the edge outward and inward
@@ -32,7 +32,8 @@ PLACES_ASKED = 8  # in a stretch of path
 USUAL_SHIFT = 0.2  # larger ones have to be better founded
 
 
-def steepest_shift(share: Floats, edge: Array, noise: Array, rows: int, spacing: float) -> Array:
+def steepest_shift(share: Floats, edge: Array, noise: Array, rows: int, spacing: float,
+                   piece: Index) -> Array:
     """Return how far outward of edges (N,) the share of ink is steepest (N,) [samples].
 
     A stretch of path is taken together, since a slope is read less surely than a level.
@@ -43,12 +44,13 @@ def steepest_shift(share: Floats, edge: Array, noise: Array, rows: int, spacing:
         noise: (N,) 1-sigma of a share.
         rows: length of a stretch [path points].
         spacing: of path points [pixels].
+        piece: (N,) number of the piece of path; a stretch lies within one.
 
     Returns:
         NaN where there is no edge, or a reflection runs along it.
     """
     step = max(1, rows // PLACES_ASKED)
-    pooled = _pooled(share, edge, rows)[::step]
+    pooled = _pooled(share, edge, rows, piece)[::step]
     fall = _slopes(pooled)
     peak = _steepest(fall)
     greatest = fall[np.arange(len(fall)), peak]
@@ -79,15 +81,11 @@ def inner_trust(edge: float) -> float:
     return float(np.clip((edge - NARROW_HALF) / (WIDE_HALF - NARROW_HALF), 0, 1))
 
 
-def _pooled(share: Floats, edge: Array, rows: int) -> Array:
+def _pooled(share: Floats, edge: Array, rows: int, piece: Index) -> Array:
     """Return the mean share (N, 2 REACH + 1) around edges (N,), over a stretch of path."""
     values = _read(share, edge[:, None] + np.arange(-REACH, REACH + 1))
     values[np.isnan(edge)] = np.nan
-    known = np.isfinite(values)
-    size = min(rows, len(values))
-    total, count = (uniform_filter1d(kind, size, axis=0, mode='constant')
-                    for kind in (np.where(known, values, 0.0), known.astype(float)))
-    return np.where(count > 0.5 / size, total / np.maximum(count, 0.5 / size), np.nan)
+    return running_mean(values, rows, piece)
 
 
 def _slopes(pooled: Array) -> Array:

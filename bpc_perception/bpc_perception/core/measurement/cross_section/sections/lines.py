@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array, Floats
+from bpc_perception.core.arrays import Array, Floats, Index
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.measurement.view import View
 
@@ -30,9 +30,9 @@ class Lines:
     lateral: Array
     offset: Array
 
-    def every(self, step: int) -> Lines:
-        """Return every ``step``-th line."""
-        return Lines(self.foot[::step], self.lateral[::step], self.offset)
+    def of(self, index: Index) -> Lines:
+        """Return the lines of an index (K,)."""
+        return Lines(self.foot[index], self.lateral[index], self.offset)
 
 
 def pixels_along(view: View, lines: Lines) -> Floats:

@@ -25,6 +25,7 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
 from bpc_perception.core.measurement.cross_section.sections.surface import follow_surface
 from bpc_perception.core.measurement.cross_section.sections.territory import find_territory
 from bpc_perception.core.measurement.scale import steady_window
+from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.tangents import smoothed_tangents, typical_spacing
 
@@ -34,39 +35,40 @@ LEAST_DEPTH = 0.1  # share of the samples of a section that have depth, if the s
 NOISE_SIGMAS = 4.0  # of the cloud, that a raised middle has to exceed
 
 
-def lay_sections(view: View, points: Array, index: Index, bed: Plane,
+def lay_sections(view: View, track: Track, index: Index, bed: Plane,
                  config: ThicknessConfig) -> Sections:
-    """Lay a section across the path at each point of an index.
+    """Lay a section across a track at each point of an index.
 
     Args:
         view: the capture.
-        points: (P, 3) the path in the base frame [m].
+        track: all that other ink may come from.
         index: (N,) of the points that get a section.
         bed: plane of the bed.
         config: how to measure.
     """
-    tangent = smoothed_tangents(points, index, config.cross_section.tangent_length)
+    points, piece = track.points, track.piece[index]
+    tangent = smoothed_tangents(points, track.piece, index, config.cross_section.tangent_length)
     lateral = unit_vectors(np.cross(bed.normal, tangent))
-    spacing, pixel = typical_spacing(points), view.pixel_size(points)
+    spacing, pixel = typical_spacing(points), view.pixel_size(points[index])
     offset = sample_offsets(config.cross_section.reach, pixel)
     coarse = Lines(points[index], lateral, offset[::COARSE_STEP])
-    territory = find_territory(bed.coordinates(points), index, bed.coordinates(lateral),
-                               coarse.offset, spacing)
-    lines = replace(follow_surface(view, coarse, spacing, territory.beside, bed.normal,
+    territory = find_territory(bed.coordinates(points), track.along, index,
+                               bed.coordinates(lateral), coarse.offset, spacing)
+    lines = replace(follow_surface(view, coarse, piece, spacing, territory.beside, bed.normal,
                                    config.obstacle_height), offset=offset)
     uv = pixels_along(view, lines)
     height = heights(view, points_at(view.capture.cloud, uv), lines, bed.normal)
     return Sections(
-        index=index, foot=lines.foot, lateral=lines.lateral,
-        lean=ridge_lean(view, lines, height, tangent, bed.normal, pixel, spacing),
+        piece=piece, along=track.along[index], foot=lines.foot, lateral=lines.lateral,
+        lean=ridge_lean(view, lines, height, tangent, bed.normal, pixel, spacing, piece),
         offset=offset, pixel=pixel, spacing=spacing,
         inside=view.capture.camera.contains(np.moveaxis(uv, 0, -1)),
         hidden=hidden_samples(height > config.obstacle_height, config.obstacle_margin, pixel,
                               spacing),
         depth=np.count_nonzero(np.isfinite(height), axis=1) > LEAST_DEPTH * len(offset),
         raised=raised_middle(height, offset, pixel, territory.beside),
-        beside=_at_every_offset(territory.beside, offset), clearance=territory.clearance,
-        foreign=_at_every_offset(territory.foreign, offset),
+        beside=territory.beside_at(offset), clearance=territory.clearance,
+        foreign=territory.foreign_at(offset),
         colour=colours_at(view.capture.image, uv))
 
 
@@ -85,14 +87,14 @@ def hidden_samples(obstacle: Flags, margin: float, pixel: float, spacing: float)
 
 
 def ridge_lean(view: View, lines: Lines, height: Floats, tangent: Array, normal: Array,
-               pixel: float, spacing: float) -> Array:
+               pixel: float, spacing: float, piece: Index) -> Array:
     """Return how far (N,) the ridge of the bead seems to be shifted along the path [m].
 
     Seen from where the camera stands, and positive forward. 0 where the height (N, M) is unknown.
     """
     central = np.abs(lines.offset) <= pixel
     ridge = running_median(masked_median(height[:, central], np.isfinite(height[:, central])),
-                           steady_window(spacing))
+                           steady_window(spacing), piece)
     to_camera = view.viewpoint - lines.foot
     lean = -ridge * np.einsum('nk,nk->n', to_camera, tangent) / (to_camera @ normal)
     return np.where(np.isfinite(lean), lean, 0.0)
@@ -112,8 +114,3 @@ def raised_middle(height: Floats, offset: Array, pixel: float, beside: Flags) ->
     noise = 1.4826 * float(np.median(np.abs(at_bed - np.median(at_bed)))) if len(at_bed) else 0.0
     middle = height[:, np.abs(offset) <= 2 * pixel]
     return masked_median(middle, np.isfinite(middle)) > max(RAISED_M, NOISE_SIGMAS * noise)
-
-
-def _at_every_offset(flags: Flags, offset: Array) -> Flags:
-    """Return flags (N, M) at every offset (M,) from those at every ``COARSE_STEP``-th."""
-    return np.repeat(flags, COARSE_STEP, axis=1)[:, :len(offset)]

@@ -10,8 +10,8 @@ from bpc_perception.core.measurement.scale import steady_window
 
 SAMPLE_STEP_PX = 0.5  # between samples of a section
 # The fields with one entry a section, along their first axis.
-PER_SECTION = ('index', 'foot', 'lateral', 'lean', 'inside', 'hidden', 'depth', 'raised', 'beside',
-               'foreign', 'colour')
+PER_SECTION = ('piece', 'along', 'foot', 'lateral', 'lean', 'inside', 'hidden', 'depth', 'raised',
+               'beside', 'foreign', 'colour')
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,8 @@ class Sections:
     """Lines across N path points, M samples each, from right to left of the direction of travel.
 
     Attributes:
-        index: (N,) of the path points.
+        piece: (N,) number of the piece of path that each is on, never falling.
+        along: (N,) length along the ink, see Track [m].
         foot: (N, 3) points of the surface below the nozzle tip, in the base frame [m].
         lateral: (N, 3) unit vectors along the surface to the left.
         lean: (N,) how far a bead's ridge seems to be shifted along the path, seen from where
@@ -37,7 +38,8 @@ class Sections:
         colour: (N, M, 3) RGB.
     """
 
-    index: Index
+    piece: Index
+    along: Array
     foot: Array
     lateral: Array
     lean: Array
@@ -53,10 +55,10 @@ class Sections:
     foreign: Flags
     colour: Floats
 
-    def every(self, step: int) -> Sections:
-        """Return every ``step``-th section."""
-        thinned = {name: getattr(self, name)[::step] for name in PER_SECTION}
-        return replace(self, **thinned, clearance=self.clearance[:, ::step],
+    def of(self, index: Index, step: int) -> Sections:
+        """Return the sections of an index (K,), which are about ``step`` apart."""
+        some = {name: getattr(self, name)[index] for name in PER_SECTION}
+        return replace(self, **some, clearance=self.clearance[:, index],
                        spacing=self.spacing * step)
 
     @property
@@ -70,8 +72,8 @@ class Sections:
         return len(self.offset) // 2
 
     def steady(self, values: Array) -> Array:
-        """Return the running median (N, ...) of values (N, ...) over the steady length of path.
+        """Return the running median (N, ...) of values (N, ...) over the steady length of a piece.
 
         Unknown stretches, NaN, take the nearest known values; all is NaN where nothing is known.
         """
-        return running_median(values, steady_window(self.spacing))
+        return running_median(values, steady_window(self.spacing), self.piece)

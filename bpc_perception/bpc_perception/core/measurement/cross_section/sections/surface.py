@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Flags, Floats
-from bpc_perception.core.filters import masked_median, running_median
+from bpc_perception.core.arrays import Array, Flags, Floats, Index
+from bpc_perception.core.filters import masked_median, running_median, thinned
 from bpc_perception.core.geometry import unit_vectors
 from bpc_perception.core.measurement.cross_section.sections.lines import (
     distances_along,
@@ -22,8 +22,8 @@ from bpc_perception.core.measurement.view import View
 NOZZLE_STEP = 4  # the nozzle's height is looked at on every n-th of the lines looked at
 
 
-def follow_surface(view: View, lines: Lines, spacing: float, beside: Flags, normal: Array,
-                   obstacle_height: float) -> Lines:
+def follow_surface(view: View, lines: Lines, piece: Index, spacing: float, beside: Flags,
+                   normal: Array, obstacle_height: float) -> Lines:
     """Return lines whose feet lie on the surface, and which are turned to run along it.
 
     The cloud shows how high the bed is on both sides. The surface bends slowly: not every line is
@@ -32,21 +32,25 @@ def follow_surface(view: View, lines: Lines, spacing: float, beside: Flags, norm
     Args:
         view: the capture.
         lines: (N,) across the path at the nozzle tip, with M samples.
+        piece: (N,) number of the piece of path that each line is on.
         spacing: between path points [m].
         beside: (N, M) where bed is to be expected.
         normal: (3,) of the bed.
         obstacle_height: what stands higher is no bed [m].
     """
     step = 2 * steady_step(spacing)
-    some, bare = lines.every(step), beside[::step]
-    nozzle = nozzle_height(view, some.every(NOZZLE_STEP), bare[::NOZZLE_STEP], normal)
+    looked_at = thinned(piece, step)
+    some, bare = lines.of(looked_at), beside[looked_at]
+    few = np.arange(0, len(looked_at), NOZZLE_STEP)
+    nozzle = nozzle_height(view, some.of(few), bare[few], normal)
     some = replace(some, foot=some.foot + nozzle * normal)
     points = _cloud_along(view, some)
     height = heights(view, points, some, normal)
     place = distances_along(view, points, some)
     bed = bare & (np.abs(height) < obstacle_height)
-    level, slope = level_and_slope(height, place, bed, steady_window(spacing * step))
-    every, looked_at = np.arange(len(lines.foot)), np.arange(0, len(lines.foot), step)
+    level, slope = level_and_slope(height, place, bed, steady_window(spacing * step),
+                                   piece[looked_at])
+    every = np.arange(len(lines.foot))
     level, slope = (np.interp(every, looked_at, values) for values in (nozzle + level, slope))
     return replace(lines, foot=lines.foot + level[:, None] * normal,
                    lateral=unit_vectors(lines.lateral + slope[:, None] * normal))
@@ -62,7 +66,8 @@ def nozzle_height(view: View, lines: Lines, bare: Flags, normal: Array) -> float
     return float(np.median(bed)) if len(bed) else 0.0
 
 
-def level_and_slope(height: Floats, place: Floats, bed: Flags, window: int) -> tuple[Array, Array]:
+def level_and_slope(height: Floats, place: Floats, bed: Flags, window: int,
+                    piece: Index) -> tuple[Array, Array]:
     """Return how high (N,) the surface lies [m], and how steeply (N,) it rises to the left.
 
     Args:
@@ -70,16 +75,18 @@ def level_and_slope(height: Floats, place: Floats, bed: Flags, window: int) -> t
         place: (N, M) of the same points along their lines [m].
         bed: (N, M) which of them are of the bed.
         window: lines over which both are taken as steady.
+        piece: (N,) number of the piece of path that each line is on.
     """
     sides = [bed & side for side in (place < 0, place > 0)]
-    right, left = (running_median(masked_median(height, side), window) for side in sides)
+    right, left = (running_median(masked_median(height, side), window, piece) for side in sides)
     right_place, left_place = (masked_median(place, side) for side in sides)
-    slope = running_median((left - right) / (left_place - right_place), window)
+    slope = running_median((left - right) / (left_place - right_place), window, piece)
     slope = np.where(np.isfinite(slope), slope, 0.0)
     right, left = right - slope * right_place, left - slope * left_place
     # Where only one side is seen, that one says it.
     level = running_median(np.where(np.isfinite(right + left), (right + left) / 2,
-                                    np.where(np.isfinite(right), right, left)), window)
+                                    np.where(np.isfinite(right), right, left)), window,
+                           piece)
     return np.where(np.isfinite(level), level, 0.0), slope
 
 

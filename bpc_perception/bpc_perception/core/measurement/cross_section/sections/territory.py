@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -22,23 +23,55 @@ class Territory:
     """What the path alone says of N sections with M samples each.
 
     Attributes:
-        beside: (N, M) whether a sample lies so far from all of the path that bed is expected.
-        clearance: (2, N) the farthest that a sample lies from all of the path, on the right and
+        offset: (M,) of the samples from the path, positive to the left, evenly spaced [m].
+        distance: (N, M) of each from all of the path [m].
+        bed_from: (2, N) distance from which bed is expected, on the right and on the left [m].
+        clearance: (2, N) the farthest that a section leads from all of the path, on the right and
             on the left [m].
         foreign: (N, M) whether another pass of the path is nearer than the section's own.
     """
 
-    beside: Flags
+    offset: Array
+    distance: Floats
+    bed_from: Array
     clearance: Array
     foreign: Flags
 
+    @cached_property
+    def beside(self) -> Flags:
+        """Whether (N, M) a sample lies so far from all of the path that bed is expected."""
+        return self._expects_bed(self.distance, self.offset)
 
-def find_territory(points: Array, index: Index, lateral: Array, offset: Array,
+    def beside_at(self, offset: Array) -> Flags:
+        """Return the same at other offsets (K,), evenly spaced [m]."""
+        place = self._place(offset)
+        low = np.clip(place.astype(np.intp), 0, len(self.offset) - 2)
+        share = (place - low).astype(np.float32)
+        distance = (1 - share) * self.distance[:, low] + share * self.distance[:, low + 1]
+        return self._expects_bed(distance, offset)
+
+    def foreign_at(self, offset: Array) -> Flags:
+        """Return whether another pass is nearer at offsets (K,), evenly spaced [m]."""
+        near = np.clip(np.rint(self._place(offset)), 0, len(self.offset) - 1)
+        flags: Flags = self.foreign[:, near.astype(np.intp)]
+        return flags
+
+    def _place(self, offset: Array) -> Array:
+        return (offset - self.offset[0]) / (self.offset[1] - self.offset[0])
+
+    def _expects_bed(self, distance: Floats, offset: Array) -> Flags:
+        right, left = self.bed_from
+        flags: Flags = distance >= np.where(offset < 0, right[:, None], left[:, None])
+        return flags & (offset != 0)
+
+
+def find_territory(points: Array, along: Array, index: Index, lateral: Array, offset: Array,
                    spacing: float) -> Territory:
     """Find what belongs to which pass, in the plane of the bed.
 
     Args:
         points: (P, 2) the path [m].
+        along: (P,) length along the ink, see Track [m].
         index: (N,) of the path points at which the sections lie.
         lateral: (N, 2) unit vectors along the sections, to the left.
         offset: (M,) of the samples from the path points, positive to the left [m].
@@ -51,19 +84,19 @@ def find_territory(points: Array, index: Index, lateral: Array, offset: Array,
     x, y = points.T
     close = np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
     nearest, distance = find_nearest(points[close], around, lateral, offset)
-    along = np.abs(close[nearest] - index[:, None]) * spacing
+    apart = np.abs(along[close[nearest]] - along[index][:, None])
     distance = np.minimum(distance, np.abs(offset).astype(np.float32))  # its own point is near
     # The foot of a place on its own pass is near in arc length, even within a bend.
-    foreign: Flags = (along > np.pi * np.abs(offset) + NEIGHBOURS * spacing) & (
+    foreign: Flags = (apart > np.pi * np.abs(offset) + NEIGHBOURS * spacing) & (
         distance < np.abs(offset) - spacing)
-    beside = np.zeros(distance.shape, bool)
     sides = (offset < 0, offset > 0)
-    clearance = np.stack([distance[:, side].max(axis=1).astype(np.float64) for side in sides])
-    for side, clear in zip(sides, clearance, strict=True):
-        openness = clear / reach
-        nearest_bed = clear * (CLOSE_BED - OPEN_BED_GAIN * openness**2)
-        beside[:, side] = distance[:, side] >= nearest_bed[:, None]
-    return Territory(beside, clearance, foreign)
+    # Half-way to another pass lies between two samples: there the distances from both meet.
+    step = offset[1] - offset[0]
+    clearance = np.stack([
+        ((distance[:, side][:, 1:] + distance[:, side][:, :-1] + step) / 2).max(axis=1)
+        for side in sides]).astype(np.float64)
+    bed_from = clearance * (CLOSE_BED - OPEN_BED_GAIN * (clearance / reach)**2)
+    return Territory(offset, distance, bed_from, clearance, foreign)
 
 
 def find_nearest(points: Array, start: Array, lateral: Array,

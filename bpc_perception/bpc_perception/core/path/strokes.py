@@ -1,0 +1,192 @@
+"""Strokes and travel: where a path lays ink, and where it only goes from one stroke to the next.
+
+A stroke is an uninterrupted run of path in which ink is commanded. The extruder says where; where
+its state is unknown, the motion does: travel is lifted, or fast.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.geometry import unit_vectors
+from bpc_perception.core.path.deposition_path import DepositionPath
+
+SHORTEST_M = 0.0005  # of a stroke, and of travel between strokes
+# The extruder is asked some ten times a second or more often. So much earlier or later than it
+# says, a stroke may begin or end:
+STATE_PERIOD_S = 0.1
+REFERENCE_S = 0.3  # of the stroke before that, which tells how fast the nozzle went
+FASTER = 1.5  # than that is travel,
+HIGHER_M = 0.00015  # and so is what is higher
+CORNER_POINTS = 5  # to either side, between which a path turns a corner
+CORNER_RAD = 0.8
+# A lift rises or falls by this slope more than the bed around, and by this length in all.
+LIFT_SLOPE = 0.1
+LIFT_M = 0.00012
+LOWERED = 0.4  # share of a lift that the nozzle is lowered by at least after travel
+LAST_LIFT_M = 0.001  # a lift that ends a path is travel from here on; a layer is lower
+TREND_M = 0.02  # of path that tells how the bed rises
+FAST = 3.0  # as often as the usual speed, travel
+
+
+def stroke_numbers(path: DepositionPath, height: Array, low: Flags) -> Index:
+    """Return the number (N,) of the stroke to which each point of a path belongs; 0 = travel.
+
+    Strokes are numbered from 1 in the order in which they were laid.
+
+    Args:
+        path: N points.
+        height: (N,) of the nozzle tip above the bed [m].
+        low: (N,) whether the nozzle went along the bed, near enough to lay ink on it.
+    """
+    if len(path) == 0:
+        return np.zeros(0, np.intp)
+    # An extruder that never says that it pushes is not heard.
+    known = path.extruder_known & path.extruding.any()
+    laying = path.extruding & known & ~overrun(path, path.extruding & known, height)
+    if not known.all():
+        laying |= ~known & ~lifted_or_fast(path, height)
+    laying &= low
+    laying = _without_short(laying, path.arc_length)
+    begins = laying & ~np.concatenate(([False], laying[:-1]))
+    return np.where(laying, np.cumsum(begins), 0)
+
+
+def overrun(path: DepositionPath, laying: Flags, height: Array) -> Flags:
+    """Return where (N,) the nozzle travels already, or still, though the extruder's state is on.
+
+    The state is known only every now and then: the last one holds until the next. So near the
+    ends of strokes, travel begins where the nozzle goes faster, is lifted, or turns a corner.
+
+    Args:
+        path: N points.
+        laying: (N,) whether ink is pushed out, as far as is known.
+        height: (N,) of the nozzle tip above the bed [m].
+    """
+    before, after = np.append(False, laying[:-1]), np.append(laying[1:], False)
+    begins, ends = np.flatnonzero(laying & ~before), np.flatnonzero(laying & ~after)
+    found = np.zeros(len(path), bool)
+    if not len(begins) or len(path) < 2:
+        return found
+    runs = _Runs(begins, ends, np.maximum(np.cumsum(laying & ~before) - 1, 0))
+    corner = corners(path.points)
+    for at_end in (True, False):
+        found |= laying & _beyond_end(path, runs, height, corner, at_end)
+    return found
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """S runs of path on which ink is pushed out.
+
+    Attributes:
+        begins, ends: (S,) index of the first and of the last point of each.
+        of: (N,) number of the run of each path point, or of the one before.
+    """
+
+    begins: Index
+    ends: Index
+    of: Index
+
+
+def _beyond_end(path: DepositionPath, runs: _Runs, height: Array, corner: Array,
+                at_end: bool) -> Flags:
+    """Return which points (N,) are travel at the ends of runs, or at their begins."""
+    time, arc, index = path.time, path.arc_length, np.arange(len(path))
+    border, way = (runs.ends, -1) if at_end else (runs.begins, 1)
+    inner, outer = (np.clip(np.searchsorted(time, time[border] + way * away),
+                            runs.begins, runs.ends)
+                    for away in (STATE_PERIOD_S, STATE_PERIOD_S + REFERENCE_S))
+    length, duration = np.abs(arc[inner] - arc[outer]), np.abs(time[inner] - time[outer])
+    speed = np.divide(length, duration, out=np.full(len(border), np.inf), where=duration > 0)
+    zone = np.abs(time - time[border][runs.of]) < STATE_PERIOD_S
+    # Of the step that leads away from the inner part of the run.
+    step = np.diff(arc) / np.diff(time)
+    own = np.concatenate((step[:1], step) if at_end else (step, step[-1:]))
+    travel = zone & ((own > FASTER * speed[runs.of])
+                     | (height > height[inner][runs.of] + HIGHER_M))
+    sharp = np.where(zone, corner, 0.0)
+    sharpest = np.maximum.reduceat(sharp, runs.begins)[runs.of]
+    turned = (sharp == sharpest) & (sharp > 0)
+    if at_end:
+        first = np.where(travel, index, np.where(turned, index + 1, len(path)))
+        return zone & (index >= np.minimum.reduceat(first, runs.begins)[runs.of])
+    last = np.where(travel, index, np.where(turned, index - 1, -1))
+    return zone & (index <= np.maximum.reduceat(last, runs.begins)[runs.of])
+
+
+def corners(points: Array) -> Array:
+    """Return by how much (N,) a path turns [rad] where it turns a corner; else 0."""
+    turn = np.zeros(len(points))
+    if len(points) > 2 * CORNER_POINTS:
+        legs = unit_vectors(points[CORNER_POINTS:] - points[:-CORNER_POINTS])
+        cos = np.einsum('nk,nk->n', legs[:-CORNER_POINTS], legs[CORNER_POINTS:])
+        turn[CORNER_POINTS:-CORNER_POINTS] = np.arccos(np.clip(np.nan_to_num(cos, nan=1.0), -1, 1))
+    return np.where(turn > CORNER_RAD, turn, 0.0)
+
+
+def lifted_or_fast(path: DepositionPath, height: Array) -> Flags:
+    """Return where (N,) the motion alone says that the nozzle travels."""
+    if len(path) < 3:
+        return np.zeros(len(path), bool)
+    lifted = lifted_between(path.arc_length, height)
+    duration = np.gradient(path.time)
+    speed = np.gradient(path.arc_length) / duration
+    slow = np.argsort(speed)
+    passed = np.cumsum((duration * ~lifted)[slow])
+    usual = speed[slow[min(int(np.searchsorted(passed, passed[-1] / 2)), len(slow) - 1)]]
+    return lifted | (speed > FAST * usual)
+
+
+def lifted_between(arc: Array, height: Array) -> Flags:
+    """Return where (N,) the nozzle is between a lift and the next lowering, or on such a way.
+
+    A rise that nothing lowers again is the next layer, unless it ends the path and is high.
+
+    Args:
+        arc: (N,) length of path [m].
+        height: (N,) of the tip above the bed [m].
+    """
+    run = np.maximum(np.diff(arc), 1e-9)
+    step = np.diff(height)
+    slope = step / run
+    window = 2 * int(TREND_M / 2 / np.median(run)) + 1
+    trend = median_filter(slope, size=min(window, len(slope)), mode='nearest')
+    way = np.where(np.abs(slope - trend) > LIFT_SLOPE, np.sign(slope - trend), 0.0)
+    borders = np.concatenate(([0], np.flatnonzero(np.diff(way)) + 1))
+    rise = np.add.reduceat(step - trend * run, borders)
+    ends = np.append(borders[1:], len(way))
+    lifts = [(int(start), int(end), float(up)) for start, end, up in zip(
+        borders, ends, rise, strict=True) if way[start] and abs(up) >= LIFT_M]
+    lifted = np.zeros(len(arc), bool)
+    for start, end, _ in lifts:
+        lifted[start + 1:end] = True
+    if lifts and lifts[0][2] < 0:  # it came down to begin
+        lifted[:lifts[0][1]] = True
+    for (start, _, up), (_, end, down) in pairwise(lifts):
+        if up > 0 and -down >= LOWERED * up:
+            lifted[start + 1:end] = True
+    if lifts and lifts[-1][2] >= LAST_LIFT_M:
+        lifted[lifts[-1][0] + 1:] = True
+    return lifted
+
+
+def _without_short(laying: Flags, arc: Array) -> Flags:
+    """Return flags (N,) without runs of either kind that are too short: first of False."""
+    for kind in (False, True):
+        same = np.concatenate(([True], laying[1:] == laying[:-1]))
+        begins = np.flatnonzero(~same)
+        if not len(begins):
+            break
+        borders = np.concatenate(([0], begins, [len(laying)]))
+        length = arc[borders[1:] - 1] - arc[borders[:-1]]
+        short = (laying[borders[:-1]] == kind) & (length < SHORTEST_M)
+        if not kind:
+            short[[0, -1]] = False  # before the first stroke and after the last
+        laying = laying ^ np.repeat(short, np.diff(borders))
+    return laying

@@ -1,0 +1,79 @@
+"""How the nozzle moves between strokes: lifted, fast, and after a pause."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bpc_perception.core.arrays import Array
+
+
+@dataclass(frozen=True)
+class Travel:
+    """A way from one stroke to the next, as G-code has it: lift, wait, move, lower.
+
+    Attributes:
+        start, end: arc lengths of the path between which it lies [m].
+        hop: how far the nozzle is lifted [m].
+        speed: of the move [m/s].
+        lift_speed: of lifting and lowering [m/s].
+        pause: time that the nozzle waits, lifted, before it moves on [s].
+        rise: how much higher the next stroke is laid [m].
+    """
+
+    start: float
+    end: float
+    hop: float = 0.002
+    speed: float = 0.05
+    lift_speed: float = 0.025
+    pause: float = 0.0
+    rise: float = 0.0
+
+
+class Motion:
+    """Arc length and height of the nozzle over time, along a path with travel."""
+
+    def __init__(self, length: float, speed: float, travels: tuple[Travel, ...]) -> None:
+        """Plan the motion along a path of a length [m]; ``speed`` is that of its strokes [m/s]."""
+        # From node to node the nozzle moves steadily: time [s], arc length [m], height [m].
+        nodes = [(0.0, 0.0, 0.0)]
+        strokes = []
+
+        def go(time: float, arc: float, height: float) -> None:
+            nodes.append((nodes[-1][0] + time, arc, height))
+
+        for travel in (*travels, Travel(length, length)):
+            begin, arc, height = nodes[-1]
+            go((travel.start - arc) / speed, travel.start, height)
+            strokes.append((begin, nodes[-1][0]))
+            if travel.start == length:
+                break
+            lifted, lowered = height + travel.hop, height + travel.rise
+            go(travel.hop / travel.lift_speed, travel.start, lifted)
+            go(travel.pause, travel.start, lifted)
+            go((travel.end - travel.start) / travel.speed, travel.end, lifted)
+            go(abs(lowered - lifted) / travel.lift_speed, travel.end, lowered)
+        self._time, self._arc, self._height = np.array(nodes).T
+        self._strokes = np.array(strokes)
+
+    @property
+    def duration(self) -> float:
+        """Time from the start of the path to its end [s]."""
+        return float(self._time[-1])
+
+    def arc_length(self, t: Array) -> Array:
+        """Return the arc length (...) at times (...) after the start of the path [m]."""
+        return np.interp(t, self._time, self._arc)
+
+    def height(self, t: Array) -> Array:
+        """Return the height (...) above the first stroke's at times (...) [m]."""
+        return np.interp(t, self._time, self._height)
+
+    def on_stroke(self, t: Array) -> NDArray[np.bool_]:
+        """Tell whether the nozzle follows a stroke at times (...)."""
+        begun = np.searchsorted(self._strokes[:, 0], t, side='right') - 1
+        within: NDArray[np.bool_] = (begun >= 0) & (
+            np.asarray(t) < self._strokes[np.maximum(begun, 0), 1])
+        return within
