@@ -153,14 +153,14 @@ def test_bulge_is_wider_than_thin_ink(lines: Lines, panel: int, line: int) -> No
 def test_bed_between_lines_is_no_ink(lines: Lines) -> None:
     for panel, line in sorted(OPEN_TRAVELS):
         at = lines.after(panel, line, 2.0, 27.0)
-        assert (lines.profile.status[at] == Status.GAP).all(), (panel, line)
+        assert (lines.profile.status[at] == Status.BARE).all(), (panel, line)
 
 
 def test_bed_between_panels_is_no_ink(lines: Lines) -> None:
     for x in (32.5, 67.5):
         at = np.flatnonzero(np.abs(lines.x - x) < 0.1)
         assert len(at) > 150
-        assert (lines.profile.status[at] == Status.GAP).all()
+        assert (lines.profile.status[at] == Status.BARE).all()
 
 
 def test_default_measures_continuous_ink(default_lines: Lines) -> None:
@@ -201,5 +201,5 @@ def test_default_finds_the_bed_between_lines(default_lines: Lines, panel: int) -
     for line in range(photo.LINE_COUNT - 1):
         status = default_lines.profile.status[default_lines.after(panel, line, 2.0, 27.0)]
         # Threads and specks lie there; no stretch counts as a strand.
-        assert np.mean(status == Status.GAP) > 0.95, line
-        assert np.mean(status == Status.MEASURED) < 0.02, line
+        assert np.mean(status == Status.BARE) > 0.95, line
+        assert np.mean(status == Status.OOZE) < 0.02, line

@@ -13,6 +13,7 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.bed import find_bed
 from bpc_perception.core.measurement.cross_section.incremental import (
+    look_across_travel,
     measure_across_path,
     PrintMemory,
 )
@@ -24,7 +25,7 @@ from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.strokes import stroke_numbers
 from bpc_perception.core.path.tangents import tangents
-from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.profile import Status, StatusArray, ThicknessProfile
 
 STEEPEST_RISE = 0.5  # of the path above the bed, per length, where ink is laid
 # So far outside the image, in lengths of a section to one side, path still plays a part: as other
@@ -35,6 +36,13 @@ VIEW_MARGIN = 3.0
 METHODS: dict[str, Callable[[View, Track, Plane, ThicknessConfig, PrintMemory], Samples]] = {
     'cross_section': measure_across_path,
     'paper': lambda view, track, bed, config, _: measure_as_published(view, track, bed, config),
+}
+# By the same names: what is seen at an index of travel points of a track, as Status (K,).
+LOOKS: dict[str, Callable[
+    [View, Track, Index, Plane, ThicknessConfig, PrintMemory], StatusArray]] = {
+    'cross_section': look_across_travel,
+    'paper': lambda view, track, index, bed, config, _: measure_as_published(
+        view, track.of(index), bed, config).status,
 }
 
 
@@ -71,7 +79,9 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
     memory = memory or PrintMemory()
     samples = measure_strokes(view, path, stroke, shown, bed, config, memory)
-    samples = look_at_travel(view, path, stroke, shown, samples, bed, config, memory.contrast)
+    samples = look_at_travel(
+        view, path, stroke, shown, samples, bed,
+        lambda track, index: LOOKS[config.method](view, track, index, bed, config, memory))
     return profile_of(samples, stroke, capture, path, config.method, number, started)
 
 
@@ -143,7 +153,8 @@ def profile_of(samples: Samples, stroke: Index, capture: Capture, path: Depositi
     left, right, left_distance, right_distance, sigma = (
         np.where(measured.reshape(-1, *(1,) * (values.ndim - 1)), values, np.nan)
         for values in (*samples.sides.arrays(), samples.sigma))
-    thickness = np.linalg.norm(left - right, axis=1)
+    thickness = np.full(len(path), np.nan)
+    thickness[measured] = np.linalg.norm(left[measured] - right[measured], axis=1)
     thickness[samples.status == Status.GAP] = 0.0
     return ThicknessProfile(
         stamp_ns=capture.stamp_ns, print_id=path.print_id, print_start_ns=path.start_ns,

@@ -27,7 +27,6 @@ from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.filters import thinned
 from bpc_perception.core.geometry import Plane
-from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.edges.edges import GLARE_PX
 from bpc_perception.core.measurement.cross_section.method import (
     CrossSections,
@@ -46,6 +45,7 @@ from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.tangents import typical_spacing
+from bpc_perception.core.profile import Status, StatusArray
 
 MOVED_PX = 0.1  # a camera that shifts the picture by more has moved
 MOST_ANEW = 0.5  # share of the path; if more of it is to be measured, all is
@@ -161,11 +161,6 @@ class PrintMemory:
     def __init__(self) -> None:
         self.last: _Remembered | None = None
 
-    @property
-    def contrast(self) -> Contrast | None:
-        """How ink differs from bed, as the last capture showed it; None = not known."""
-        return self.last.results.contrast if self.last is not None else None
-
 
 def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessConfig,
                         memory: PrintMemory) -> Samples:
@@ -180,6 +175,15 @@ def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessC
     chosen = thinned(track.piece, step)
     samples = measure_incrementally(view, track.of(chosen), bed, config, memory)
     return samples.at(np.interp(np.arange(len(track)), chosen, np.arange(len(chosen))))
+
+
+def look_across_travel(view: View, track: Track, index: Index, bed: Plane,
+                       config: ThicknessConfig, memory: PrintMemory) -> StatusArray:
+    """Return what is seen at travel points of a track (K,), once ink is known by its strokes."""
+    if memory.last is None or memory.last.results.contrast is None:
+        return np.full(len(index), Status.NO_DATA, np.uint8)
+    return measure_cross_sections(view, track, bed, config, index,
+                                  memory.last.results.contrast).samples.status
 
 
 def measure_incrementally(view: View, track: Track, bed: Plane, config: ThicknessConfig,

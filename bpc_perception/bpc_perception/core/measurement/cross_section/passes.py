@@ -6,7 +6,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.filters import runs
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
+
+QUERIES = 4096  # sections that are asked for at once, which bounds the memory
 
 
 def meets_other_pass(sections: Sections, width: Array, inked: Flags) -> Flags:
@@ -21,21 +24,65 @@ def meets_other_pass(sections: Sections, width: Array, inked: Flags) -> Flags:
     index = np.flatnonzero(inked & np.isfinite(width))
     if len(index) == 0:
         return met
-    half, foot, margin = width / 2, sections.foot, sections.pixel
-    pairs = index[cKDTree(foot[index]).query_pairs(
-        2 * float(half[index].max()) + margin, output_type='ndarray')]
-    # Most are neighbours on one pass.
-    pairs = pairs[_arc_between(sections, pairs.T) > half[pairs].sum(axis=1)]
-    for one, other in (pairs.T, pairs[:, ::-1].T):
-        away = foot[other] - foot[one]
-        across = np.abs(np.einsum('nk,nk->n', away, sections.lateral[one]))
-        distance = np.linalg.norm(away, axis=1)
-        along = np.sqrt(np.maximum(distance**2 - across**2, 0.0))
-        reached = np.hypot(np.maximum(across - half[one] - margin, 0.0), along) < half[other]
-        # A bend of one pass is at most half a circle on its chord, plus half a width at each end.
-        arc = _arc_between(sections, (one, other))
-        met[one[reached & (arc > np.pi / 2 * distance + half[one] + half[other])]] = True
+    low, high = ends_of_cells(sections.foot[index], sections.along[index], sections.pixel / 2)
+    low, high = index[low], index[high]
+    # Passes on top of each other, however many: those laid first and last in a cell are enough.
+    half = width / 2
+    apart = np.maximum(_arc_between(sections, (index, low)), _arc_between(sections, (index, high)))
+    met[index] = apart > _longest_bend(sections.pixel, 2 * half[index])
+    others = np.unique(np.concatenate((low, high)))
+    alone = index[~met[index]]
+    for start in range(0, len(alone), QUERIES):
+        met[_met_among(sections, half, alone[start:start + QUERIES], others)] = True
     return met
+
+
+def ends_of_cells(points: Array, along: Array, size: float) -> tuple[Index, Index]:
+    """Return for each point (N, 3) the first and the last along the ink in the same cell.
+
+    Args:
+        points: [m].
+        along: (N,) length along the ink [m].
+        size: of a cell [m].
+    """
+    cell = np.floor(points / size).astype(np.int64)
+    order = np.lexsort((along, *cell.T))
+    new = np.append(True, (np.diff(cell[order], axis=0) != 0).any(axis=1))
+    first, end = runs(np.cumsum(new))
+    low, high = np.empty((2, len(points)), np.intp)
+    low[order], high[order] = order[first], order[end - 1]
+    return low, high
+
+
+def _met_among(sections: Sections, half: Array, asked: Index, others: Index) -> Index:
+    """Return which of the asked sections (K,) ink of other ones (L,) lies on.
+
+    Args:
+        sections: N sections.
+        half: (N,) half the width of the bead that is to be expected [m].
+        asked: index.
+        others: index.
+    """
+    foot, margin = sections.foot, sections.pixel
+    reach = float(half[asked].max() + half[others].max()) + margin
+    pairs = cKDTree(foot[asked]).sparse_distance_matrix(
+        cKDTree(foot[others]), reach, output_type='ndarray')
+    one, other, distance = asked[pairs['i']], others[pairs['j']], pairs['v']
+    # Most are neighbours on one pass.
+    far = _arc_between(sections, (one, other)) > _longest_bend(distance, half[one] + half[other])
+    one, other, distance = one[far], other[far], distance[far]
+    across = np.abs(np.einsum('nk,nk->n', foot[other] - foot[one], sections.lateral[one]))
+    along = np.sqrt(np.maximum(distance**2 - across**2, 0.0))
+    reached = np.hypot(np.maximum(across - half[one] - margin, 0.0), along) < half[other]
+    return np.unique(one[reached])
+
+
+def _longest_bend(distance: Array | float, width: Array) -> Array:
+    """Return how much path (K,) a bend of one pass has at most between two of its places [m].
+
+    It is half a circle on the chord, a distance (K,) [m], plus half a width at each end (K,).
+    """
+    return np.asarray(np.pi / 2 * distance + width)
 
 
 def _arc_between(sections: Sections, pairs: Index | tuple[Index, Index]) -> Array:
