@@ -34,6 +34,10 @@ def live(
     camera: Annotated[str | None, typer.Option(
         '--camera', metavar='BACK_END', help='Take captures with this back end of the camera '
         'driver, in the thickness node\'s process; unless given, the camera publishes.')] = None,
+    new_print: Annotated[bool, typer.Option(
+        '--new-print', help='Begin a new print, even if the last one crashed just now.')] = False,
+    resume: Annotated[bool, typer.Option(
+        '--resume', help='Go on with the last print, even if it was ended.')] = False,
     remap: RemapOption = None,
     page: PageOption = False,
     quiet: QuietOption = False,
@@ -44,6 +48,8 @@ def live(
     Robot and extruder publish by themselves.
     """
     terminal = Terminal(quiet, json_lines)
+    if new_print and resume:
+        raise ValueError('expected --new-print or --resume, found both')
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
     if camera is not None:
@@ -55,7 +61,8 @@ def live(
     with (monitoring(terminal, keep=1) as monitor,
           Nodes(parameters, remappings=others) as nodes,
           serving(page, terminal, others)):
-        start_nodes(nodes, recorder, hand_eye, camera)
+        start_nodes(nodes, recorder, hand_eye, camera,
+                    'none' if new_print else 'newest' if resume else recorder.resume)
         terminal.say('Waiting for captures; Ctrl-C ends.')
         supervisor = Supervisor(nodes, monitor.node)
         monitor.spin_until(lambda: False, SILENCE_PATIENCE_S, supervisor.check)
@@ -64,7 +71,7 @@ def live(
 
 
 def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,
-                camera: str | None) -> None:
+                camera: str | None, resume: str) -> None:
     """Start path recorder and thickness node, the latter with the camera driver if there is one.
 
     Args:
@@ -72,9 +79,10 @@ def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,
         recorder: settings of the path recorder.
         hand_eye: file of the hand-eye calibration.
         camera: back end of the camera driver; None = the camera publishes by itself.
+        resume: which print to go on with, see RecorderConfig.
     """
     nodes.start('bpc_perception.nodes.path_recorder',
-                state_folder=recorder.state_folder or str(default_folder()))
+                state_folder=recorder.state_folder or str(default_folder()), resume=resume)
     if camera is None:
         nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
     else:

@@ -114,7 +114,8 @@ class PathConfig(Config):
     auto: Annotated[bool, Parameter(
         'Start a print by itself when ink is pushed out', read_only=True)] = True
     auto_stop_after: Annotated[float, Parameter(
-        'With auto: a print ends when no ink was pushed out for this long', 's', 0.1, 3600,
+        'With auto: a print ends when no ink was pushed out for this long; it goes on when more '
+        'comes over, beside or above it', 's', 0.1, 3600,
         read_only=True)] = 10.0
 
 
@@ -180,8 +181,12 @@ class RecorderConfig(Config):
     state_folder: Annotated[str, Parameter(
         'Folder in which the running print is kept, to be resumed after a restart; empty = it '
         'is not', read_only=True)] = ''
+    resume: Annotated[str, Parameter(
+        'Which print in state_folder is gone on with at the start: one that was not ended, as '
+        'after a crash, or the newest, ended or not', choices=('crashed', 'newest', 'none'),
+        read_only=True)] = 'crashed'
     resume_within: Annotated[float, Parameter(
-        'A running print is resumed if it was last written to so long ago', 's', 0, 3600,
+        'A print that crashed is resumed if it was last written to so long ago', 's', 0, 3600,
         read_only=True)] = 30.0
     pose: PoseConfig = field(default_factory=PoseConfig)
     path: PathConfig = field(default_factory=PathConfig)

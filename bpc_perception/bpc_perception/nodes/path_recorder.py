@@ -83,7 +83,7 @@ class PathRecorderNode(Node):
                 'extrusion_state: expected a later stamp than the last, found it late')
 
     def _resume(self) -> None:
-        """Go on with the print that ran when the node was killed."""
+        """Go on with the print before, as a rule one that ran when the node was killed."""
         now_ns = self.get_clock().now().nanoseconds
         path = self._journal.resume(now_ns)
         if path is not None:
@@ -130,8 +130,15 @@ class PathRecorderNode(Node):
         except (OSError, ValueError) as error:
             response.message = str(error)
             return response
-        response.success, response.message = True, str(target)
+        response.success, response.message = True, str(target.absolute())
         return response
+
+    def end_print(self) -> None:
+        """End the running print, since someone ends this node on purpose."""
+        path = self._tracker.end()
+        if path is not None:
+            self._journal.keep(path, self.get_clock().now().nanoseconds)
+            self._publisher.publish(path)
 
     def destroy_node(self) -> None:
         """Close the journal as well."""
@@ -141,7 +148,7 @@ class PathRecorderNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(PathRecorderNode, fast_streams=True)
+    run(PathRecorderNode, fast_streams=True, on_purpose=PathRecorderNode.end_print)
 
 
 if __name__ == '__main__':

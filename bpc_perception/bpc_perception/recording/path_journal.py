@@ -8,6 +8,7 @@ file has no chunks: nothing is held back, and no index grows in memory.
 from __future__ import annotations
 
 from contextlib import suppress
+import math
 import os
 from pathlib import Path
 from typing import IO
@@ -66,18 +67,21 @@ class PathJournal:
         self._ended = False
         self._given_up = ''
 
-    def resume(self, now_ns: int, within: float) -> GrowingPath | None:
+    def resume(self, now_ns: int, within: float = math.inf,
+               ended_too: bool = False) -> GrowingPath | None:
         """Return the print that was running up to ``within`` seconds before ``now_ns``.
 
-        None: there is no such print, or it has ended, or it was written in the future, since the
-        clock has jumped.
+        None: there is no such print, or it has ended, unless those are asked for as well, or it
+        was written in the future, since the clock has jumped.
 
         Raises:
             OSError: the file cannot be opened.
             OtherSettingsError: the print has other settings, so new points do not fit to its own.
         """
         path = self._read()
-        if path is None or path.finished or not 0 <= now_ns - self._written_ns <= within * 1e9:
+        if path is None or (path.finished and not ended_too):
+            return None
+        if not 0 <= now_ns - self._written_ns <= within * 1e9:
             return None
         before = mcap_file.metadata(self._file, SETTINGS)
         others = [f'{name} {before.get(name, "unknown")} instead of {value}'
@@ -122,7 +126,7 @@ class PathJournal:
         if path.print_id != self._print_id:
             return True
         if self._ended:
-            return False
+            return not path.finished  # it goes on
         due = now_ns - self._written_ns >= ALIVE_PERIOD_NS
         return due or path.finished or len(path) > self._points
 

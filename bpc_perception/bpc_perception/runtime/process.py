@@ -31,6 +31,8 @@ ORPHAN_PATIENCE_S = 3.0  # for its own end, after that of its parent
 ORPHAN_CHECK_PERIOD_S = 0.5
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
+_parent: int | None = None  # the process with which this one ends
+
 
 def keep_memory() -> None:
     """Let the allocator keep the memory of a capture for the next one; glibc only.
@@ -52,11 +54,18 @@ def end_with_parent() -> bool:
     prctl = getattr(ctypes.CDLL(None), 'prctl', None)
     if not parent or prctl is None:
         return False
+    global _parent
+    _parent = int(parent)
     prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != int(parent):  # it ended before
         raise SystemExit(1)
     Thread(target=_end_orphaned, args=(int(parent),), daemon=True).start()
     return True
+
+
+def orphaned() -> bool:
+    """Return whether the parent process, with which this one was to end, has ended."""
+    return _parent is not None and os.getppid() != _parent
 
 
 def _end_orphaned(parent: int) -> None:

@@ -9,6 +9,7 @@ import signal
 import sys
 from threading import Thread
 import traceback
+from typing import Any
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -17,7 +18,13 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from bpc_perception.runtime.exit_status import DEFECT, REFUSED
-from bpc_perception.runtime.process import end_with_parent, Heartbeat, keep_memory, open_heartbeat
+from bpc_perception.runtime.process import (
+    end_with_parent,
+    Heartbeat,
+    keep_memory,
+    open_heartbeat,
+    orphaned,
+)
 from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
 
@@ -52,7 +59,7 @@ class _Ending:
 
 
 def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = False,
-        fast_streams: bool = False) -> None:
+        fast_streams: bool = False, on_purpose: Callable[[Any], None] | None = None) -> None:
     """Spin a node until an ending signal; exit with 2 if it refuses to start.
 
     Several nodes have a thread each, so that none waits for the callbacks of another.
@@ -62,6 +69,8 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         large_messages: the nodes take or send captures or views, messages of up to 40 MB.
         fast_streams: the nodes take hundreds of messages a second. With a recent rclpy that costs
             half the work.
+        on_purpose: called with each node when someone ends it, unlike when it, or the process that
+            started it, has crashed.
     """
     if large_messages:
         keep_memory()
@@ -81,6 +90,9 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         if not ending.asked:
             nodes += _make(make_node, large_messages)
             _spin(nodes, ending, failures, pipe, fast_streams)
+        if on_purpose is not None and not failures and not orphaned():
+            for node in nodes:
+                on_purpose(node)
     finally:
         if is_child:  # others, such as a recorder, may take as long as their files need
             end_in_time()

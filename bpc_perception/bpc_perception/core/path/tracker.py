@@ -10,6 +10,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.extruder.sample import ExtruderSample
 from bpc_perception.core.path.assembler import PathAssembler
+from bpc_perception.core.path.continuation import goes_on
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
 from bpc_perception.core.robot.poses import JITTER_M
@@ -21,6 +22,9 @@ class JumpError(ValueError):
 
 class PrintTracker:
     """Starts and stops prints, on request or by itself when ink is pushed out.
+
+    A print that stopped by itself goes on when ink is pushed out over, beside or above what was
+    laid: it was a pause. One that was stopped on request does not.
 
     A little history is kept, so that a print starts and stops at the stamps that say so, and
     not with the messages that happened to have arrived.
@@ -35,6 +39,9 @@ class PrintTracker:
         self._print: PathAssembler | None = None
         self._running = False
         self._last_extruding_ns = 0
+        self._may_go_on = False
+        # When ink came after a pause, until it is known where.
+        self._undecided_ns: int | None = None
 
     def add_pose(self, stamp_ns: int, tip: Array) -> bool:
         """Add a position (3,) of the nozzle tip in the robot base frame [m].
@@ -58,6 +65,7 @@ class PrintTracker:
         # A state that arrives early starts a print before poses from before its start arrive.
         if self._print is not None and stamp_ns >= self._print.start_ns:
             self._print.add_pose(stamp_ns, tip)
+        self._decide()
         return True
 
     def add_extruder(self, sample: ExtruderSample) -> bool:
@@ -80,38 +88,81 @@ class PrintTracker:
         """Stop the print if by this time no ink was pushed out for ``auto_stop_after``."""
         pause_ns = round(self._config.auto_stop_after * 1e9)
         if stamp_ns - self._last_extruding_ns > pause_ns:
-            self.stop(self._last_extruding_ns + pause_ns)
+            self._stop(self._last_extruding_ns + pause_ns)
 
     def _take_note_of_extrusion(self, stamp_ns: int) -> None:
         """Remember when ink was pushed out last, and start a print unless one is running."""
         self._last_extruding_ns = stamp_ns
-        if not self._running:
+        if self._running or self._undecided_ns is not None:
+            return
+        if self._may_go_on:
+            self._undecided_ns = stamp_ns
+            self._decide()
+        else:
             self.start(stamp_ns)
+
+    def _decide(self) -> None:
+        """Go on with the print or start another, once it is known where ink came after a pause."""
+        stamp_ns = self._undecided_ns
+        tip = next((tip for pose_ns, tip in self._poses
+                    if stamp_ns is not None and pose_ns >= stamp_ns), None)
+        if stamp_ns is None or tip is None:
+            return
+        self._undecided_ns = None
+        assert self._print is not None
+        path = self._print.growing_path()
+        if not goes_on(path.path(), stamp_ns, tip):
+            self.start(stamp_ns)
+            return
+        path.finished = False
+        self._begin(PathAssembler(path, self._config), stamp_ns)
 
     def start(self, stamp_ns: int) -> str:
         """Start a new print at this time and return its id; a running one is given up."""
         start = datetime.fromtimestamp(stamp_ns // 10**9, timezone.utc)
         print_id = f'{start:%Y%m%dT%H%M%S}.{stamp_ns % 10**9 // 10**6:03d}Z'
-        self._print = PathAssembler(GrowingPath(print_id, stamp_ns), self._config)
+        self._begin(PathAssembler(GrowingPath(print_id, stamp_ns), self._config), stamp_ns)
+        return print_id
+
+    def _begin(self, assembler: PathAssembler, stamp_ns: int) -> None:
+        """Let a print run from this time on, with what is remembered of poses and states."""
+        self._print = assembler
         for sample in self._states:  # before the poses, for which they were not too late
-            self._print.add_extruder(sample)
+            assembler.add_extruder(sample)
         for pose_ns, tip in self._poses:
             if pose_ns >= stamp_ns:
-                self._print.add_pose(pose_ns, tip)
-        self._running = True
-        self._last_extruding_ns = stamp_ns
-        return print_id
+                assembler.add_pose(pose_ns, tip)
+        self._running = self._may_go_on = True
+        self._undecided_ns = None
+        self._last_extruding_ns = max(self._last_extruding_ns, stamp_ns)
 
     def resume(self, path: GrowingPath, now_ns: int) -> None:
         """Go on with a print that was left off; what was laid since then is not known.
 
         The pause that ends a print by itself counts from now.
         """
+        path.finished = False
         self._print = PathAssembler(path, self._config)
-        self._running = True
+        self._running = self._may_go_on = True
         self._last_extruding_ns = now_ns
 
     def stop(self, stamp_ns: int) -> bool:
+        """Let the running print end at this time, for good; return False if none runs."""
+        stopped = self._stop(stamp_ns)
+        self._may_go_on = False
+        self._undecided_ns = None
+        return stopped
+
+    def end(self) -> GrowingPath | None:
+        """End the running print for good, with what is known of it by now; None = none runs."""
+        if self._print is None or not self._running:
+            return None
+        path = self._print.growing_path()
+        path.finished = True
+        self._running = self._may_go_on = False
+        return path
+
+    def _stop(self, stamp_ns: int) -> bool:
         """Let the running print end at this time; return False if none runs."""
         if self._print is None or not self._running:
             return False
@@ -124,7 +175,8 @@ class PrintTracker:
         self._poses.clear()
         self._states.clear()
         self._print = None
-        self._running = False
+        self._running = self._may_go_on = False
+        self._undecided_ns = None
 
     def path(self) -> DepositionPath | None:
         """Return the path of the running or last print; None before the first."""

@@ -21,6 +21,7 @@ class PrintJournal:
 
     def __init__(self, config: RecorderConfig, diagnostics: Diagnostics) -> None:
         self._diagnostics = diagnostics
+        self._resume = config.resume
         self._resume_within = config.resume_within
         self._journal: PathJournal | None = None
         if config.state_folder:
@@ -28,11 +29,16 @@ class PrintJournal:
                 self._journal = PathJournal(Path(config.state_folder), config)
 
     def resume(self, now_ns: int) -> GrowingPath | None:
-        """Return the print that ran when the node was killed; None = there is none to resume."""
-        if self._journal is None:
+        """Return the print to go on with, as a rule one that ran when the node was killed.
+
+        None: there is none.
+        """
+        if self._journal is None or self._resume == 'none':
             return None
         try:
             with self._refusing('journal: expected a print to go on with'):
+                if self._resume == 'newest':
+                    return self._journal.resume(now_ns, ended_too=True)
                 return self._journal.resume(now_ns, self._resume_within)
         except OtherSettingsError as error:
             self._diagnostics.warn(f'{error}; it is not resumed')

@@ -10,6 +10,9 @@ from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.units import MM_PER_M
 
 BUTTONS = {'capture': 'Capture', 'start': 'Start', 'stop': 'Stop', 'save': 'Save'}
+QUESTIONS = {
+    'start': 'Start a new print? The one that is shown is left for good.',
+    'stop': 'Stop recording the path? What is printed from now on is not measured.'}
 Act = Callable[[str], Awaitable[tuple[bool, str]]]
 
 
@@ -39,7 +42,8 @@ class Header:
     async def _press(self, name: str) -> None:
         """Do what a button says, and show what came of it."""
         assert self._act is not None
-        if name == 'stop' and not await _confirm_stop():
+        asked = name == 'stop' or (name == 'start' and self._print.text)
+        if asked and not await _confirm(name):
             return
         done, words = await self._act(name)
         ui.notify(f'{BUTTONS[name]}: {words}', type='positive' if done else 'negative',
@@ -56,12 +60,12 @@ class Header:
         self._capture.set_text(f'capture {profile.capture}, {length * MM_PER_M:.0f} mm of path')
 
 
-async def _confirm_stop() -> bool:
-    """Ask whether to stop: a thumb on a phone slips, and a path cannot be resumed."""
+async def _confirm(name: str) -> bool:
+    """Ask whether a button is meant: a thumb on a phone slips, and a print is left for good."""
     with ui.dialog() as dialog, ui.card():
-        ui.label('Stop recording the path? What is printed from now on is not measured.')
+        ui.label(QUESTIONS[name])
         with ui.element('div').classes('actions'):
             ui.button('Go on', on_click=lambda: dialog.submit(False)).props('outline no-caps')
-            ui.button('Stop', on_click=lambda: dialog.submit(True)).props(
+            ui.button(BUTTONS[name], on_click=lambda: dialog.submit(True)).props(
                 'unelevated no-caps color=negative').classes('sure')
     return bool(await dialog)

@@ -206,6 +206,120 @@ def test_an_automatic_stop_is_the_same_however_often_the_path_is_asked_for(pause
     assert path_bytes(often) == path_bytes(seldom)
 
 
+# Pauses
+
+PAUSE = PathConfig(auto_stop_after=1.0)
+
+
+def stroke(tracker: PrintTracker, begin: float, start: tuple[float, float, float],
+           length: float = 0.02) -> None:
+    """A stroke along x at 10 mm/s from a place [m], begun at a time [s], after 0.2 s of rest."""
+    times = begin + np.arange(-20, round(length * 1e4)) / 100
+    tips = np.array(start) + np.maximum(times - begin, 0)[:, None] * (0.01, 0, 0)
+    feed(tracker, times, tips, [state(time, bool(time >= begin)) for time in times[::2]])
+    tracker.add_extruder(state(float(times[-1]) + 0.01, False))
+
+
+def identifiers(*starts: tuple[float, float, float], pause: float = 20.0) -> list[str]:
+    """The identifier of the print after each of some strokes, with pauses between."""
+    tracker, found = PrintTracker(PAUSE), []
+    for number, start in enumerate(starts):
+        stroke(tracker, 1.0 + number * pause, start)
+        path = tracker.path()
+        assert path is not None
+        found.append(path.print_id)
+    return found
+
+
+def test_a_wall_with_pauses_is_one_print() -> None:
+    assert len(set(identifiers(*((0.0, 0.0, 0.2e-3 * layer) for layer in range(10))))) == 1
+
+
+@pytest.mark.parametrize('start', [(0.0, 0.004, 0.0), (0.024, 0.0, 0.0), (0.01, 0.01, 0.0),
+                                   (0.005, 0.0, 0.0004)],
+                         ids=['beside', 'behind', 'obliquely', 'above'])
+def test_ink_beside_or_above_goes_on_with_the_print(start: tuple[float, float, float]) -> None:
+    assert len(set(identifiers((0.0, 0.0, 0.0), start))) == 1
+
+
+@pytest.mark.parametrize('start', [(0.0, 0.05, 0.0), (0.0, 0.0, 0.0), (0.01, 0.0, -0.01),
+                                   (0.01, 0.0, 0.05)], ids=['away', 'anew', 'below', 'far above'])
+def test_ink_elsewhere_or_the_same_once_more_is_another_print(
+        start: tuple[float, float, float]) -> None:
+    assert len(set(identifiers((0.0, 0.0, 0.0), start))) == 2
+
+
+def test_a_day_later_it_is_another_print() -> None:
+    starts = (0.0, 0.0, 0.0), (0.0, 0.004, 0.0)
+    assert len(set(identifiers(*starts, pause=3500.0))) == 1
+    assert len(set(identifiers(*starts, pause=86400.0))) == 2
+
+
+def test_a_print_that_was_ended_does_not_go_on() -> None:
+    for end in (lambda tracker: tracker.stop(at_ns(5.0)), PrintTracker.end):
+        tracker = PrintTracker(PAUSE)
+        stroke(tracker, 1.0, (0.0, 0.0, 0.0))
+        first = tracker.path()
+        end(tracker)
+        ended = tracker.path()
+        assert first is not None
+        assert ended is not None
+        stroke(tracker, 6.0, (0.0, 0.004, 0.0))
+        second = tracker.path()
+        assert second is not None
+        assert second.print_id != first.print_id
+
+
+def test_what_was_laid_before_a_pause_stays_as_it_was() -> None:
+    tracker = PrintTracker(PAUSE)
+    stroke(tracker, 1.0, (0.0, 0.0, 0.0))
+    times = np.arange(300, 500) / 100
+    feed(tracker, times, np.tile((0.02, 0.0, 0.01), (200, 1)), [
+        state(time, False) for time in times[::10]])
+    before = tracker.path()
+    assert before is not None
+    assert before.finished
+    stroke(tracker, 20.0, (0.0, 0.004, 0.0))
+    after = tracker.path()
+    assert after is not None
+    assert not after.finished
+    for name in ('time', 'arc_length', 'points', 'extruding'):
+        np.testing.assert_array_equal(getattr(after, name)[:len(before)], getattr(before, name))
+    new = after.where(np.arange(len(after)) >= len(before))
+    assert new.time[0] == pytest.approx(19.0, abs=0.02)
+    np.testing.assert_allclose(new.points[0], (0.0, 0.004, 0.0), atol=2e-4)
+
+
+@pytest.mark.parametrize('lag', [-0.3, 0.3])
+def test_a_print_goes_on_alike_whichever_topic_is_ahead(lag: float) -> None:
+    def run(lag: float) -> DepositionPath:
+        tracker = PrintTracker(PAUSE)
+        times = np.arange(0, 20, 0.01)
+        inked = ((times > 1) & (times < 3)) | (times > 15)
+        x = np.cumsum(np.where(inked, 1e-4, 0.0))
+        y = np.where(times > 10, 0.003, 0.0)
+        events: list[tuple[float, int, Any]] = [
+            (time + lag, 0, (at_ns(time), np.array(tip)))
+            for time, *tip in zip(times, x % 0.02, y, 0 * y, strict=True)]
+        events += [(time, 1, state(time, bool(on)))
+                   for time, on in list(zip(times, inked, strict=True))[::2]]
+        for _, kind, content in sorted(events, key=lambda event: event[:2]):
+            if kind:
+                tracker.add_extruder(content)
+            else:
+                tracker.add_pose(*content)
+        path = tracker.path()
+        assert path is not None
+        return path
+
+    in_step, apart = run(0.0), run(lag)
+    assert in_step.print_id == apart.print_id
+    both = min(in_step.complete_until, apart.complete_until)
+    one, other = (path.where(path.time <= both) for path in (in_step, apart))
+    assert (one.time > 13).any()
+    np.testing.assert_array_equal(one.points, other.points)
+
+
 # Poses that jump
 
 
