@@ -31,7 +31,8 @@ def run(client: Client, jobs: Sequence[Job],
     Args:
         client: of the cluster, whose processes see the same files by the same names.
         jobs: what to measure.
-        on_progress: is called with each row as it comes, and whether it had to be measured.
+        on_progress: is called with the row of each print as it comes, and whether it had to be
+            measured.
     """
     futures = {client.submit(measure_one, job, pure=False): job for job in jobs}
     rows = {}
@@ -39,12 +40,12 @@ def run(client: Client, jobs: Sequence[Job],
         job = futures[future]
         error = future.exception()
         if error is None:
-            row, new = future.result()
+            rows[job.name], new = future.result()
         else:  # such as KilledWorker: the recording has ended one process after the other
-            row, new = failed(job.name, DEFECT, repr(error)), True
-        rows[job.name] = row
-        on_progress(row, new)
-    return [rows[job.name] for job in jobs]
+            rows[job.name], new = [failed(job.name, DEFECT, repr(error))], True
+        for row in rows[job.name]:
+            on_progress(row, new)
+    return [row for job in jobs for row in rows[job.name]]
 
 
 @contextmanager

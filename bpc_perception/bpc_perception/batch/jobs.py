@@ -16,9 +16,9 @@ from bpc_perception.batch.table import failed, row
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
-from bpc_perception.report.outputs import write_outputs
-from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
+from bpc_perception.report.result_folder import replacing, SUMMARY
 from bpc_perception.runtime.exit_status import REFUSED
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
@@ -77,11 +77,12 @@ def find_jobs(folder: Path, out: Path, hand_eye: Path | None,
             for name, bag in zip(names, bags, strict=True)]
 
 
-def measure_one(job: Job) -> tuple[dict[str, Any], bool]:
+def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
     """Measure a recording, unless there is a result made from the same.
 
     Returns:
-        Its row, which says why if it cannot be measured, and whether it had to be measured.
+        A row for each of its prints; one that says why if it cannot be measured. And whether it
+        had to be measured.
     """
     cv2.setNumThreads(1)  # each core has a process of its own
     held = HeldWarnings()
@@ -89,27 +90,43 @@ def measure_one(job: Job) -> tuple[dict[str, Any], bool]:
     try:
         recording = inputs.load(job.bag, job.hand_eye, job.parameters)
         provenance = provenance_of(recording)
-        if (summary := finished(job.out, provenance.fingerprint)) is not None:
-            return row(job.name, job.out, summary), False
+        if (rows := finished(job, provenance.fingerprint)) is not None:
+            return rows, False
         for leftover in job.out.glob('.bpc-*'):  # of a process that was killed
             shutil.rmtree(leftover, ignore_errors=True)
-        log = PrintLog(expected=capture_count(recording.bag))
-        for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
-                                  recording.recorder):
-            log.add(result)
-        log.warnings = list(held.texts)
-        write_outputs(job.out, log, provenance)
-        return row(job.name, job.out, finished(job.out, provenance.fingerprint)), True
+        with replacing(job.out) as folder:
+            results = PrintResults(folder, provenance, Wanted(), capture_count(recording.bag),
+                                   lambda: held.texts)
+            for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
+                                      recording.recorder):
+                results.add(result)
+            results.finish()
+        rows = finished(job, provenance.fingerprint)
+        if rows is None:
+            raise RuntimeError(f'{job.out}: expected the result just written, found another')
+        return rows, True
     except (ValueError, OSError) as error:
-        return failed(job.name, REFUSED, '; '.join((str(error), *held.texts))), True
+        return [failed(job.name, REFUSED, '; '.join((str(error), *held.texts)))], True
     finally:
         logging.getLogger('bpc_perception').removeHandler(held)
 
 
-def finished(out: Path, fingerprint: str) -> dict[str, Any] | None:
-    """Return the summary of a result with this fingerprint; None if there is none."""
+def finished(job: Job, fingerprint: str) -> list[dict[str, Any]] | None:
+    """Return the rows of a result with this fingerprint; None if there is none."""
     try:
-        summary: dict[str, Any] = json.loads((out / 'summary.json').read_text('utf-8'))
-        return summary if summary['fingerprint'] == fingerprint else None
+        summary = _read(job.out)
+        if summary['fingerprint'] != fingerprint:
+            return None
+        prints = summary.get('prints')
+        if prints is None:
+            return [row(job.name, job.out, 1, summary)]
+        folders = [job.out / each['folder'] for each in prints]
+        return [row(job.name, folder, each['print'], _read(folder))
+                for folder, each in zip(folders, prints, strict=True)]
     except (OSError, ValueError, LookupError, TypeError):
         return None
+
+
+def _read(folder: Path) -> dict[str, Any]:
+    summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text('utf-8'))
+    return summary

@@ -1,4 +1,4 @@
-"""The table of a batch: a row for each recording, as prints.csv and prints.parquet."""
+"""The table of a batch: a row for each print, as prints.csv and prints.parquet."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ SCHEMA = pyarrow.schema([
     ('results', pyarrow.string()), *((name, pyarrow.string()) for name in TEXT_COLUMNS),
     *((name, pyarrow.int64()) for name in COUNT_COLUMNS), ('captures', pyarrow.int64()),
     ('refused_captures', pyarrow.int64()), ('warnings', pyarrow.string()),
-    *((name, pyarrow.float64()) for name in NUMBER_COLUMNS)])
+    *((name, pyarrow.float64()) for name in NUMBER_COLUMNS), ('print', pyarrow.int64()),
+    ('ooze_count', pyarrow.int64()), ('ooze_length_mm', pyarrow.float64())])
 
 
-def row(name: str, out: Path, summary: dict[str, Any] | None) -> dict[str, Any]:
-    """Return the row of a recording that was measured."""
-    if summary is None:
-        raise RuntimeError(f'{out}: expected the result just written, found another')
+def row(name: str, out: Path, number: int, summary: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of a print, from 1, of a recording that was measured."""
     captures = summary['captures']
     return {'bag': name, 'exit_status': 0, 'reason': '', 'results': str(out),
-            **{key: summary[key] for key in (*TEXT_COLUMNS, *COUNT_COLUMNS, *NUMBER_COLUMNS)},
-            'captures': len(captures),
+            **{key: summary[key] for key in (
+                *TEXT_COLUMNS, *COUNT_COLUMNS, *NUMBER_COLUMNS, 'ooze_count', 'ooze_length_mm')},
+            'print': number, 'captures': len(captures),
             'refused_captures': sum('refusal' in capture for capture in captures),
             'warnings': '; '.join(summary['warnings'])}
 

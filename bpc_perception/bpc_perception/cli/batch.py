@@ -16,7 +16,6 @@ from bpc_perception.cli.parts.options import (
     QuietOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_perception.report.outputs import check_out
 
 NEEDED_PACKAGES = ('distributed', 'pyarrow')
 
@@ -42,7 +41,8 @@ def batch(
     The exit status is 1 if one of them failed.
     """
     terminal = Terminal(quiet, json_lines)
-    check_out(out)
+    if out.exists() and not out.is_dir():
+        raise ValueError(f'{out}: expected a folder for the outputs, found a file')
     for name in NEEDED_PACKAGES:
         if find_spec(name) is None:
             raise ValueError(f'batch: expected the package {name}, found none')

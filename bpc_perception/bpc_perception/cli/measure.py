@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,13 +17,13 @@ from bpc_perception.cli.parts.options import (
 )
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
-from bpc_perception.core.session import Result
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
-from bpc_perception.report.outputs import check_figures, check_out, write_outputs
-from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.outputs import check_figures
+from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
+from bpc_perception.report.result_folder import check_out, replacing
 
 
 def measure(
@@ -33,9 +32,12 @@ def measure(
     hand_eye: HandEyeOption = None,
     parameters: ParametersOption = None,
     capture: Annotated[int | None, typer.Option(
-        metavar='N', help='Report this capture of the print, from 0; else the last.')] = None,
+        metavar='N', help='Report this capture of each print, from 0; else the last.')] = None,
     all_captures: Annotated[bool, typer.Option(
         '--all', help='Write the outputs of every capture, each into its own folder.')] = False,
+    print_number: Annotated[int | None, typer.Option(
+        '--print', min=1, metavar='N', help='Report this print of the recording alone, from 1; '
+        'else all, each in its own folder if there are several.')] = None,
     figures: FiguresOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
@@ -45,34 +47,20 @@ def measure(
     check_out(out)
     check_figures(figures)
     recording = inputs.load(bag, hand_eye, parameters)
-    expected = capture_count(recording.bag)
-    table, log = ResultTable(terminal), PrintLog(capture, expected)
-    with terminal.progress('measure', expected) as advance:
-        for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
-                                  recording.recorder):
-            table.add(result)
-            log.add(result)
-            if all_captures and result.profile is not None:
-                write_outputs(out / f'capture_{result.profile.capture:04d}',
-                              PrintLog.of([result]), provenance_of(recording), figures)
-            advance()
-    result = reported_result(log, bag)
-    if result.warning:
-        terminal.warn(result.warning)
-    log.warnings = list(WARNINGS.texts)
-    terminal.files(write_outputs(out, log, provenance_of(recording), figures))
-
-
-def reported_result(log: PrintLog, bag: Path) -> Result:
-    """Return the result that is reported.
-
-    Raises:
-        ValueError: no capture was measured, or not the one that is wanted.
-    """
-    if not log.numbers:
-        reasons = '; '.join(sorted(log.refusals)) or 'no capture'
-        raise ValueError(f'{bag}: expected a capture that can be measured, found: {reasons}')
-    if log.reported is None:
-        raise ValueError(f'{bag}: expected capture {log.wanted}, '
-                         f'found {", ".join(map(str, log.numbers))}')
-    return log.reported
+    expected, table = capture_count(recording.bag), ResultTable(terminal)
+    with replacing(out) as folder:
+        results = PrintResults(
+            folder, provenance_of(recording),
+            Wanted(capture, all_captures, print_number, figures), expected,
+            lambda: WARNINGS.texts)
+        with terminal.progress('measure', expected) as advance:
+            for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
+                                      recording.recorder):
+                table.add(result)
+                results.add(result)
+                advance()
+        files = results.finish()
+    for warning in dict.fromkeys(result.warning for result in results.reported):
+        if warning:
+            terminal.warn(warning)
+    terminal.files([out / file for file in files])

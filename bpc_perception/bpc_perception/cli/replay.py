@@ -31,9 +31,10 @@ from bpc_perception.messages import topics
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import captures
 from bpc_perception.recording.offline import measure_bag
-from bpc_perception.report.outputs import check_figures, check_out, write_outputs
-from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.outputs import check_figures
+from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
+from bpc_perception.report.result_folder import check_out, replacing
 from bpc_perception.runtime.child_processes import Nodes
 
 CAPTURE_PATIENCE_S = 5.0  # in which the path has to reach the stamp of a capture
@@ -106,16 +107,18 @@ def replay(
     monitor, complete = play(playback, terminal, page)
     # After Ctrl-C nothing can be said about captures behind the last result.
     expected = len(stamps_ns) if complete else count_up_to_last_result(monitor, stamps_ns)
-    log = PrintLog(expected=expected)
-    with terminal.progress('collect', expected) as advance:
-        for result in islice(live_results(monitor, recording), expected):
-            log.add(result)
-            advance()
-    if log.reported is None:
+    if not monitor.profiles:
         silence = 'the nodes gave no reason' if complete else 'it was ended before the first'
         raise ValueError(f'{bag}: expected a profile, found none; '
                          f'{"; ".join(monitor.warnings) or silence}')
-    terminal.files(write_outputs(out, log, provenance_of(recording), figures))
+    with replacing(out) as folder, terminal.progress('collect', expected) as advance:
+        results = PrintResults(folder, provenance_of(recording), Wanted(figures=figures),
+                               expected)
+        for result in islice(live_results(monitor, recording), expected):
+            results.add(result)
+            advance()
+        files = results.finish()
+    terminal.files([out / file for file in files])
 
 
 def play(playback: Playback, terminal: Terminal, page: bool) -> tuple[Monitor, bool]:

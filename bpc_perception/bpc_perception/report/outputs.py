@@ -81,11 +81,3 @@ def check_figures(wanted: bool) -> None:
     """Raise ValueError if figures are wanted and there is nothing to draw them with."""
     if wanted and find_spec('matplotlib') is None:
         raise ValueError('--figures: expected the package matplotlib, found none')
-
-
-def check_out(folder: Path) -> None:
-    """Raise ValueError unless files can be written to this folder, which is made if missing."""
-    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not existing.is_dir():
-        raise ValueError(f'{folder}: expected a folder for the outputs, '
-                         f'found that {existing} is a file')

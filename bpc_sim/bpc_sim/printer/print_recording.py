@@ -25,7 +25,8 @@ OVERTIME_S = 0.5  # how long robot and extruder go on after the job's end
 
 
 def record_print(job: PrintJob, folder: str | Path, capture_period: float, target: float,
-                 progress: Callable[[int, int], None] | None = None) -> None:
+                 progress: Callable[[int, int], None] | None = None, prints: int = 1,
+                 pause: float = 30.0) -> None:
     """Write a print to a new bag, with its calibration and parameters beside the recording.
 
     Args:
@@ -34,36 +35,40 @@ def record_print(job: PrintJob, folder: str | Path, capture_period: float, targe
         capture_period: time from capture to capture [s]; there is one at the job's end, too.
         target: wanted thickness [m].
         progress: called with the number of captures done and of all captures.
+        prints: how often the job is printed, each time on a new bed.
+        pause: between these, in which nothing is sent [s].
     """
     times = [*np.arange(capture_period, job.duration - capture_period / 2, capture_period),
              job.duration]
     with BagWriter(folder, compress=True) as bag:
         for name, kind in (topics.PRINT | topics.CAMERA).items():
             bag.add_topic(f'/{name}', topics.type_name(kind))
-        for log_ns, name, t in _events(job, times):
-            stamp_ns = START_NS + round(1e9 * t)
-            if name == topics.POSE:
-                bag.write(f'/{name}', log_ns, robot_message(job, t, stamp_ns))
-            elif name == topics.EXTRUSION:
-                bag.write(f'/{name}', log_ns, extruder_message(job, t, stamp_ns))
-            else:
-                number = times.index(t)
-                _write_capture(bag, log_ns, job, t, number, stamp_ns)
-                if progress is not None:
-                    progress(number + 1, len(times))
+        for repeat in range(prints):
+            start_ns = START_NS + round(1e9 * repeat * (job.duration + pause))
+            for delay_ns, name, t in _events(job, times):
+                log_ns, stamp_ns = start_ns + delay_ns, start_ns + round(1e9 * t)
+                if name == topics.POSE:
+                    bag.write(f'/{name}', log_ns, robot_message(job, t, stamp_ns))
+                elif name == topics.EXTRUSION:
+                    bag.write(f'/{name}', log_ns, extruder_message(job, t, stamp_ns))
+                else:
+                    number = times.index(t)
+                    _write_capture(bag, log_ns, job, t, number, stamp_ns)
+                    if progress is not None:
+                        progress(repeat * len(times) + number + 1, prints * len(times))
     write_settings(job, target, Path(folder))
 
 
 def _events(job: PrintJob, capture_times: list[float]) -> list[tuple[int, str, float]]:
-    """Return what is logged when: log time [ns], topic and time of the job [s], in order.
+    """Return what is logged when: time after the job's start [ns], topic and time [s], in order.
 
     The topic of the image stands for a whole capture.
     """
     poses = np.arange(0, job.duration + OVERTIME_S, 1 / POSE_RATE_HZ)
     states = np.arange(0, job.duration + OVERTIME_S, 1 / EXTRUDER_RATE_HZ)
-    events = [(START_NS + round(1e9 * t), topics.POSE, t) for t in poses]
-    events += [(START_NS + round(1e9 * t), topics.EXTRUSION, t) for t in states]
-    events += [(START_NS + round(1e9 * t) + CAMERA_LATENCY_NS, topics.IMAGE, t)
+    events = [(round(1e9 * t), topics.POSE, t) for t in poses]
+    events += [(round(1e9 * t), topics.EXTRUSION, t) for t in states]
+    events += [(round(1e9 * t) + CAMERA_LATENCY_NS, topics.IMAGE, t)
                for t in capture_times]
     return sorted(events)
 

@@ -22,6 +22,7 @@ class ResultTable:
     def __init__(self, terminal: Terminal) -> None:
         self._terminal = terminal
         self._headed = False
+        self._print_id = ''
 
     def add(self, result: Result) -> None:
         """Show what came of a capture."""
@@ -32,7 +33,10 @@ class ResultTable:
         self.add_profile(result.profile, result.advice)
 
     def add_profile(self, profile: ThicknessProfile, advice: RateAdvice) -> None:
-        """Show a profile and the advice that came of it."""
+        """Show a profile and the advice that came of it; say where another print begins."""
+        if self._print_id and profile.print_id != self._print_id:
+            self._terminal.say(f'print {profile.print_id}')
+        self._print_id = profile.print_id
         summary = profile.summary
         length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
         thickness = ('-' if math.isnan(summary.thickness_mean) else

@@ -23,7 +23,8 @@ def page(template: str, figures: Mapping[str, go.Figure], **content: object) -> 
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters.update(number=number, mm=mm, share=share, utc=utc)
     return environment.get_template(template).render(
-        plotly=Markup(get_plotlyjs()),  # noqa: S704 (the library's own script)
+        # The library's own script, which is large.
+        plotly=Markup(get_plotlyjs() if figures else ''),  # noqa: S704
         figures={name: _embed(name, figure) for name, figure in figures.items()}, **content)
 
 

@@ -1,0 +1,76 @@
+"""The folder that results are written into: as a whole, and over nothing that is not ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, ExitStack, suppress
+import json
+import os
+from pathlib import Path
+import re
+import shutil
+import tempfile
+
+SUMMARY = 'summary.json'
+# What a result consists of. Other files in its folder belong to someone else, and stay.
+OURS = re.compile(r'profile\.csv|summary\.json|report\.html|figures|capture_\d{4,}|print_\d+')
+
+
+def check_out(folder: Path) -> None:
+    """Raise ValueError unless results can be written to this folder, which is made if missing.
+
+    It is to be new, empty, or one with an earlier result, which is replaced.
+    """
+    existing = _nearest_existing(folder)
+    if not existing.is_dir():
+        raise ValueError(f'{folder}: expected a folder for the outputs, '
+                         f'found that {existing} is a file')
+    if existing != folder or _holds_result(folder):
+        return
+    foreign = next((path.name for path in sorted(folder.iterdir())
+                    if not path.name.startswith('.')), None)
+    if foreign is not None:
+        raise ValueError(f'{folder}: expected a new folder, an empty one, or an earlier result '
+                         f'of bpc, found {foreign}')
+
+
+@contextmanager
+def replacing(folder: Path) -> Iterator[Path]:
+    """Give the block an empty folder whose content then replaces what a result has in ``folder``.
+
+    Nothing is changed if the block raises an exception. The summary is moved last: where it is
+    new, all the rest is in place.
+
+    Raises OSError if the folder cannot be written to.
+    """
+    made = [path for path in (folder, *folder.absolute().parents) if not path.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as undo, tempfile.TemporaryDirectory(prefix='.bpc-', dir=folder) as new:
+        for path in reversed(made):
+            undo.callback(_remove_if_empty, path)
+        yield Path(new)
+        (folder / SUMMARY).unlink(missing_ok=True)  # from here on it is no result
+        for path in list(folder.iterdir()):
+            if OURS.fullmatch(path.name):
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+        for path in sorted(Path(new).iterdir(), key=lambda path: path.name == SUMMARY):
+            os.replace(path, folder / path.name)
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
+
+
+def _holds_result(folder: Path) -> bool:
+    try:
+        return 'fingerprint' in json.loads((folder / SUMMARY).read_text('utf-8'))
+    except (OSError, ValueError, TypeError):
+        return False
+
+
+def _nearest_existing(folder: Path) -> Path:
+    """Return the folder, or the nearest one above it that exists."""
+    if folder.exists():
+        return folder
+    return next(path for path in folder.absolute().parents if path.exists())
