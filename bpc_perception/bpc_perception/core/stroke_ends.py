@@ -8,9 +8,10 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Index
 
-# Ink may come so much later than it is commanded, and go on so much longer. What that explains is
-# neither gap nor ooze.
+# Ink may come so much later than it is commanded: what that explains is no gap. It may go on for
+# so long, but not farther: a fast nozzle draws it out to a string, which is ooze.
 ALLOWED_LAG_S = 0.5
+ALLOWED_RUN_ON_M = 0.002
 
 
 @dataclass(frozen=True)
@@ -123,8 +124,10 @@ class StrokeSamples:
         # What is doubtful at its end does not count.
         inked = np.maximum.accumulate(np.where(self.ooze, np.arange(len(self.ooze)), -1))
         count = np.maximum(inked[end - 1] - last, 0)
-        lasted = self.time[np.minimum(last + count, len(self.time) - 1)] - self.time[last]
-        return np.where(lasted <= ALLOWED_LAG_S, count, 0)
+        place = np.minimum(last + count, len(self.time) - 1)
+        short = ((self.time[place] - self.time[last] <= ALLOWED_LAG_S)
+                 & (self.arc_length[place] - self.arc_length[last] <= ALLOWED_RUN_ON_M))
+        return np.where(short, count, 0)
 
 
 def _between(arc: Array, one: Index, other: Index) -> Array:

@@ -104,7 +104,7 @@ def test_a_print_is_shown(page: PageUnderTest) -> None:
     assert page.text('.headline') == f'flow × {advice.flow_rate_scale:.2f}'
     assert page.text('.reason') == 'what is laid now comes out too thick'
     assert f'{profile.summary.thickness_mean * 1e3:.2f}' in page.text('.area-numbers')
-    assert page.text('.area-events').count('gap of') == 3
+    assert page.text('.area-events').count('gap of') == 1
     page.wait(lambda: page.text('.age').endswith('s old'))
     page.wait(lambda: 'dead band height' in drawn(page))
     series = drawn(page)
@@ -144,10 +144,10 @@ def test_buttons_do_what_they_say(page: PageUnderTest) -> None:
     page.open()
     for name in ('capture', 'start', 'stop', 'save'):
         page.press(f'.action-{name}')
-        if name == 'stop':
+        if name in ('start', 'stop'):
             page.wait(lambda: page.text('.sure'))
             # The button asks for confirmation first.
-            assert page.printer.called[-1] == 'path_recorder/start'
+            assert f'path_recorder/{name}' not in page.printer.called
             page.press('.sure')
         page.wait(lambda name=name: f'{name} done' in page.text('.outcome'))
     assert page.printer.called == ['capture', 'path_recorder/start', 'path_recorder/stop',

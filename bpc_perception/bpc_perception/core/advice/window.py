@@ -43,13 +43,18 @@ def laid_before(profile: ThicknessProfile, acquisition_time: float) -> Thickness
 
 
 def look_back(profile: ThicknessProfile, length: float, start: float) -> Window:
-    """Return the newest stretch of this length [m], after arc length ``start`` [m]."""
-    extruding = profile.extruding & (profile.stroke > 0) & (profile.arc_length >= start)
-    ends = profile.arc_length[extruding]
-    extent = (float(max(ends[-1] - length, profile.arc_length[0], start)),
-              float(ends[-1])) if len(ends) else (np.nan, np.nan)
-    inside = ((profile.arc_length >= extent[0]) & (profile.arc_length <= extent[1])
-              & extruding)
+    """Return the newest stretch of this length [m], after arc length ``start`` [m].
+
+    The length is that of strokes: travel between them does not count.
+    """
+    index = np.flatnonzero(
+        profile.extruding & (profile.stroke > 0) & (profile.arc_length >= start))
+    arc, stroke = profile.arc_length[index], profile.stroke[index]
+    laid = np.append(0.0, np.cumsum(np.where(np.diff(stroke) == 0, np.diff(arc), 0.0)))
+    inside = np.zeros(len(profile), bool)
+    inside[index[laid[:len(index)] >= laid[-1] - length]] = True
+    arc = profile.arc_length[inside]
+    extent = (float(arc[0]), float(arc[-1])) if len(arc) else (np.nan, np.nan)
     measured = inside & (profile.status == Status.MEASURED)
     count = int(measured.sum())
     gaps = profile.runs_of(inside & profile.missing)

@@ -20,7 +20,7 @@ from bpc_perception.core.measurement.cross_section.incremental import (
 from bpc_perception.core.measurement.paper.method import measure_as_published
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.measurement.track import Track, track_along
-from bpc_perception.core.measurement.travel import look_at_travel
+from bpc_perception.core.measurement.travel import as_travel, look_at_travel
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.strokes import stroke_numbers
@@ -37,12 +37,12 @@ METHODS: dict[str, Callable[[View, Track, Plane, ThicknessConfig, PrintMemory], 
     'cross_section': measure_across_path,
     'paper': lambda view, track, bed, config, _: measure_as_published(view, track, bed, config),
 }
-# By the same names: what is seen at an index of travel points of a track, as Status (K,).
+# By the same names: whether ink is seen at an index of travel points of a track, as Status (K,).
 LOOKS: dict[str, Callable[
     [View, Track, Index, Plane, ThicknessConfig, PrintMemory], StatusArray]] = {
     'cross_section': look_across_travel,
-    'paper': lambda view, track, index, bed, config, _: measure_as_published(
-        view, track.of(index), bed, config).status,
+    'paper': lambda view, track, index, bed, config, _: as_travel(measure_as_published(
+        view, track.of(index), bed, config).status),
 }
 
 

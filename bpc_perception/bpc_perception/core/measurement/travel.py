@@ -18,10 +18,6 @@ from bpc_perception.core.path.tangents import typical_spacing
 from bpc_perception.core.profile import Status, StatusArray
 
 OWN_INK_PX = 2.0  # beyond the edge of a stroke, ink may still be the stroke's
-# What a section across travel says of it.
-SEEN = {Status.MEASURED: Status.OOZE, Status.GAP: Status.BARE, Status.OCCLUDED: Status.OCCLUDED,
-        Status.NO_DATA: Status.NO_DATA, Status.LOW_CONFIDENCE: Status.LOW_CONFIDENCE,
-        Status.JUNCTION: Status.NO_DATA}
 
 
 def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags,
@@ -38,7 +34,7 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
         shown: (N,) which of them are in view, or nearly so.
         samples: of the strokes.
         bed: plane of the bed.
-        look: tells what is seen at an index of points (K,) of a track, as values of Status.
+        look: tells whether ink is seen at an index of points (K,) of a track, as Status (K,).
     """
     kept = np.flatnonzero(shown)
     number = stroke[kept]
@@ -55,7 +51,7 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
         return samples
     found = look(track, asked)
     nearest = np.minimum(np.searchsorted(asked, travel), len(asked) - 1)
-    status = _TRAVEL_STATUS[found[nearest]]
+    status = found[nearest]
     over = _over_strokes(bed.coordinates(part.points), samples.of(kept[laid]), laid, travel,
                          OWN_INK_PX * pixel)
     status[over & (status == Status.OOZE)] = Status.NO_DATA
@@ -89,5 +85,7 @@ def _over_strokes(places: Array, samples: Samples, laid: Index, travel: Index,
     return np.asarray(distance <= half[near])
 
 
-_TRAVEL_STATUS = np.zeros(max(Status) + 1, np.uint8)
-_TRAVEL_STATUS[list(SEEN)] = list(SEEN.values())
+def as_travel(status: StatusArray) -> StatusArray:
+    """Return what statuses of strokes (K,) mean on travel: ink is ooze, and a gap is none."""
+    return np.select([status == Status.MEASURED, status == Status.GAP],
+                     [Status.OOZE, Status.BARE], status).astype(np.uint8)

@@ -31,13 +31,16 @@ class ExtruderJoiner:
         self._states: list[ExtruderSample] = []
         self._state_times: list[float] = []
         self._switches: deque[float] = deque()
-        self._extruding: bool | None = None  # as the newest state says
+        # What the newest state says, and its time.
+        self._extruding: bool | None = None
+        self._latest = -math.inf
 
     def add_state(self, time: float, state: ExtruderSample) -> None:
         """Add a state at a time [s]; times must increase."""
         if self._extruding is not None and state.extruding != self._extruding:
-            self._switches.append(time)
-        self._extruding = state.extruding
+            # It was between the two states.
+            self._switches.extend((self._latest, time))
+        self._extruding, self._latest = state.extruding, time
         self._states.append(state)
         self._state_times.append(time)
         if len(self._states) > MAXIMUM_WAITING_STATES:  # no poses come that would use them up
@@ -48,7 +51,7 @@ class ExtruderJoiner:
         self._points.extend(points)
 
     def switches(self, since: float) -> list[float]:
-        """Return when ink was switched on or off after a time [s]; forget what was before."""
+        """Return between what times ink was switched, after a time [s]; forget those before."""
         while self._switches and self._switches[0] < since:
             self._switches.popleft()
         return list(self._switches)

@@ -53,7 +53,7 @@ class PoseSmoother:
 
         Args:
             known_until: up to what time it is known when ink was switched on or off [s].
-            switches: when it was, increasing [s].
+            switches: the times before and after which it was, increasing [s].
         """
         self._sum_up_new()
         time = self._poses[:, 0]

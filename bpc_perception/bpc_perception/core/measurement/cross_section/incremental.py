@@ -30,6 +30,7 @@ from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.edges.edges import GLARE_PX
 from bpc_perception.core.measurement.cross_section.method import (
     CrossSections,
+    look_for_ink,
     measure_cross_sections,
 )
 from bpc_perception.core.measurement.cross_section.tiles import (
@@ -182,8 +183,7 @@ def look_across_travel(view: View, track: Track, index: Index, bed: Plane,
     """Return what is seen at travel points of a track (K,), once ink is known by its strokes."""
     if memory.last is None or memory.last.results.contrast is None:
         return np.full(len(index), Status.NO_DATA, np.uint8)
-    return measure_cross_sections(view, track, bed, config, index,
-                                  memory.last.results.contrast).samples.status
+    return look_for_ink(view, track, bed, config, index, memory.last.results.contrast)
 
 
 def measure_incrementally(view: View, track: Track, bed: Plane, config: ThicknessConfig,

@@ -23,7 +23,11 @@ from bpc_perception.core.measurement.cross_section.appearance.appearance import 
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.appearance.ink import ink_share
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges, find_edges
-from bpc_perception.core.measurement.cross_section.judgement import ends_within_pixel, judge
+from bpc_perception.core.measurement.cross_section.judgement import (
+    ends_within_pixel,
+    judge,
+    look_at_middle,
+)
 from bpc_perception.core.measurement.cross_section.sections.sampling import lay_sections
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 from bpc_perception.core.measurement.samples import Samples
@@ -31,6 +35,7 @@ from bpc_perception.core.measurement.scale import steady_step
 from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
+from bpc_perception.core.profile import Status, StatusArray
 
 LIGHT_WIDTH_PX = 10.0  # of the bead for which ``light_sigma`` is given
 
@@ -72,6 +77,27 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
     sigma = width_sigma(left, right, sections.pixel, config.cross_section)
     return CrossSections(Samples(side_points(sections, left, right), status, sigma),
                          appearance.contrast)
+
+
+def look_for_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,
+                 known: Contrast) -> StatusArray:
+    """Return whether ink is seen at travel points of a track (K,): OOZE, BARE, or why neither.
+
+    Arguments are as for ``measure_cross_sections``. A string is thin: what lies right below the
+    nozzle counts, and no width is needed.
+    """
+    sections = lay_sections(view, track, index, bed, config)
+    appearance = appearance_along(sections, track.extruding[index], known)
+    middle = look_at_middle(sections, ink_share(sections, appearance),
+                            np.full(len(index), np.nan))
+    on_path = sections.on_path
+    # The first condition that holds counts.
+    return np.select(
+        [sections.hidden[:, on_path], ~sections.inside[:, on_path] | ~sections.depth,
+         appearance.noise > config.cross_section.maximum_noise, middle.inked,
+         middle.bare & ~sections.raised],
+        [Status.OCCLUDED, Status.NO_DATA, Status.LOW_CONFIDENCE, Status.OOZE, Status.BARE],
+        Status.LOW_CONFIDENCE).astype(np.uint8)
 
 
 def appearance_along(sections: Sections, extruding: Flags, known: Contrast | None) -> Appearance:
