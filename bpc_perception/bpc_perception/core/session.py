@@ -63,7 +63,7 @@ class Session:
         self._path: DepositionPath | None = None
         self._waiting: deque[tuple[Capture, int]] = deque()  # and when each was received [ns]
         self._newest = ('', 0)  # print and stamp of the newest capture that had its turn
-        self._counts: Counter[str] = Counter()  # captures of each print so far
+        self._counts: Counter[str] = Counter()  # of each print, measured so far
         targets = config.advice.target_file
         self._targets = WidthTargets.read(targets) if targets else None
         self._advisor = Advisor(self._targets)
@@ -141,9 +141,7 @@ class Session:
         if T_base_camera is None:
             return Result(capture, refusal='end_effector_pose: expected poses around the '
                                            'capture, found none near enough in time')
-        number = self._counts[path.print_id]
-        self._counts[path.print_id] += 1
-        return self._profile_and_advice(capture, path, T_base_camera, number)
+        return self._profile_and_advice(capture, path, T_base_camera)
 
     def _untimely(self, capture: Capture, path: DepositionPath) -> str:
         """Return why a capture of this stamp is not measured; empty = it is."""
@@ -163,8 +161,9 @@ class Session:
             return None
         return T_base_flange @ self._hand_eye.T_parent_camera
 
-    def _profile_and_advice(self, capture: Capture, path: DepositionPath, T_base_camera: Array,
-                            number: int) -> Result:
+    def _profile_and_advice(self, capture: Capture, path: DepositionPath,
+                            T_base_camera: Array) -> Result:
+        number = self._counts[path.print_id]
         try:
             profile = measure(capture, path, T_base_camera, self.config, number, self._memory)
             advice = self._advisor.advise(profile, path, self.config.advice)
@@ -174,5 +173,6 @@ class Session:
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
+        self._counts[path.print_id] += 1  # a capture that was refused has no number
         return Result(capture, T_base_camera, profile, advice,
                       warning=profile.off_path(self.config.maximum_offset))

@@ -206,6 +206,14 @@ def test_what_cannot_be_measured_is_refused_with_the_reason() -> None:
     assert bad.refusal.startswith('cloud: expected')
 
 
+def test_a_capture_that_is_refused_takes_no_number() -> None:
+    made = session(0.001, 1.0, 1.5)  # the first when hardly anything was laid
+    made.set_path(path(1.6, finished=True))
+    found = list(made.results())
+    assert found[0].refusal.startswith('path: expected 2 points')
+    assert [result.profile.capture for result in found if result.profile] == [0, 1]
+
+
 def test_captures_are_numbered_within_their_print() -> None:
     made = session(1.0, 1.1)
     made.set_path(path(1.6, finished=True))
