@@ -113,8 +113,9 @@ class ThicknessProfile:
 
     @cached_property
     def missing(self) -> Flags:
-        """Where (N,) ink is missing: GAP, but for what the lag of a stroke's start explains."""
-        missing: Flags = (self.status == Status.GAP) & ~self._stroke_samples.late()
+        """Where (N,) ink is missing: GAP, but for what the lag of start and stop explains."""
+        samples = self._stroke_samples
+        missing: Flags = (self.status == Status.GAP) & ~(samples.late() | samples.early())
         return missing
 
     @cached_property

@@ -8,10 +8,10 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Index
 
-# Ink may come so much later than it is commanded: what that explains is no gap. It may go on for
-# so long, but not farther: a fast nozzle draws it out to a string, which is ooze.
+# Ink may come so much later than it is commanded: what that explains is no gap. It may stop as
+# much earlier or later, but not farther away: a fast nozzle draws it to a string, which is ooze.
 ALLOWED_LAG_S = 0.5
-ALLOWED_RUN_ON_M = 0.002
+ALLOWED_STOP_M = 0.002
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,19 @@ class StrokeSamples:
             late[one:two] = lasted <= ALLOWED_LAG_S and not ended
         return late
 
+    def early(self) -> Flags:
+        """Return where (N,) bed is bare since the ink of a stroke had stopped already."""
+        last = np.flatnonzero((self.stroke > 0) & (np.diff(self.stroke, append=0) != 0))
+        early = np.zeros(len(self.stroke), bool)
+        # From behind the last sample of the stroke that is anything else.
+        other = np.append(-1, np.flatnonzero(~self.bare | (self.stroke == 0)))
+        before = other[np.searchsorted(other, last, side='right') - 1]
+        for one, two in zip(before + 1, last + 1, strict=True):
+            # In a stroke without any ink it is missing.
+            inked = one > 0 and self.stroke[one - 1] == self.stroke[two - 1]
+            early[one:two] = inked and one < two and bool(self._is_short(one, two - 1))
+        return early
+
     def running_on(self) -> Flags:
         """Return where (N,) ink is seen on travel since that of a stroke had not stopped yet."""
         last = np.flatnonzero((self.stroke > 0) & (np.diff(self.stroke, append=0) != 0))
@@ -125,9 +138,13 @@ class StrokeSamples:
         inked = np.maximum.accumulate(np.where(self.ooze, np.arange(len(self.ooze)), -1))
         count = np.maximum(inked[end - 1] - last, 0)
         place = np.minimum(last + count, len(self.time) - 1)
-        short = ((self.time[place] - self.time[last] <= ALLOWED_LAG_S)
-                 & (self.arc_length[place] - self.arc_length[last] <= ALLOWED_RUN_ON_M))
-        return np.where(short, count, 0)
+        return np.where(self._is_short(last, place), count, 0)
+
+    def _is_short(self, start: Index, end: Index) -> Flags:
+        """Return whether the way between two samples each (S,) is what a stop explains."""
+        short: Flags = ((self.time[end] - self.time[start] <= ALLOWED_LAG_S)
+                        & (self.arc_length[end] - self.arc_length[start] <= ALLOWED_STOP_M))
+        return short
 
 
 def _between(arc: Array, one: Index, other: Index) -> Array:

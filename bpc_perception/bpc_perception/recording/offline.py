@@ -38,8 +38,9 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
                 recorder: RecorderConfig) -> Iterator[Result]:
     """Measure each complete capture of a recording, and yield the results in order.
 
-    The path is assembled from the recorded poses and extruder states. A recording that has no
-    poses but the assembled path is measured along that path.
+    The path is assembled from the recorded poses and extruder states. Prints that the recorder was
+    told to start or to stop, as its recorded path shows, begin and end there. A recording that has
+    no poses but the assembled path is measured along that path.
 
     A capture waits for its part of the path no longer than live, by the time of recording.
 
@@ -64,6 +65,8 @@ class _OfflineMeasurement:
         self._poses = FlangePoses(recorder.pose, recorder.base_frame)
         path_sources = _find_path_sources(bag, self._poses)
         self._assembled = topics.PATH in path_sources.values()  # the recording has the path
+        if not self._assembled:
+            path_sources |= _find_recorded_path(bag)
         self._names = cameras | path_sources
         self.topics = set(self._names)
         self._tip = np.array(recorder.nozzle_offset)
@@ -78,7 +81,7 @@ class _OfflineMeasurement:
         self._handlers: dict[str, Callable[[Any, int], bool]] = {
             self._poses.topic: self._take_pose,
             topics.EXTRUSION: self._take_extruder_state,
-            topics.PATH: self._take_path,
+            topics.PATH: self._take_path if self._assembled else self._follow_path,
             **{name: partial(self._take_camera_message, name) for name in topics.CAMERA}}
 
     def take(self, topic: str, log_ns: int, message: Any) -> Iterator[Result]:
@@ -125,6 +128,10 @@ class _OfflineMeasurement:
         self._session.set_path(path_from_message(message))
         return True
 
+    def _follow_path(self, message: Any, _: int) -> bool:
+        self._tracker.follow(path_from_message(message))
+        return True
+
     def _take_camera_message(self, name: str, message: Any, _: int) -> bool:
         capture = self._pairer.add(name, message)
         if capture is not None:
@@ -154,6 +161,14 @@ def _find_path_sources(bag: Bag, poses: FlangePoses) -> dict[str, str]:
     if silent:
         raise BagError(f'{bag.path}: expected messages on {" and ".join(silent)}, found none')
     return found
+
+
+def _find_recorded_path(bag: Bag) -> dict[str, str]:
+    """Return the topic of the path as it was recorded, with its relative name, if there is one."""
+    path_class = topics.RESULTS[topics.PATH]
+    if not is_recorded(bag, topics.PATH, path_class):
+        return {}
+    return find_topics(bag, {topics.PATH: path_class})
 
 
 def _log_problems(problems: list[str]) -> None:

@@ -38,12 +38,12 @@ def test_runs_of_gap_reach_half_way_to_their_neighbours() -> None:
 
 
 def test_runs_at_the_ends_stop_at_the_last_sample() -> None:
-    profile = profile_of([0, 0, 1e-3, 0], [GAP, GAP, M, GAP], spacing=2e-3, speed=1e-3)
-    np.testing.assert_allclose(profile.gaps, ((0, 3e-3), (5e-3, 6e-3)))
-    # A single sample lasts no time: what the lag of the start explains is bare, but no gap.
+    profile = profile_of([0, 0, 1e-3, 0, 0], [GAP, GAP, M, GAP, GAP], spacing=3e-3, speed=1e-3)
+    np.testing.assert_allclose(profile.gaps, ((0, 4.5e-3), (7.5e-3, 12e-3)))
+    # A single sample lasts no time: what the lag of start and stop explains is bare, but no gap.
     profile = profile_of([0, 1e-3, 0], [GAP, M, GAP], spacing=2e-3)
     np.testing.assert_allclose(profile.extents(GAP), ((0, 1e-3), (3e-3, 4e-3)))
-    np.testing.assert_allclose(profile.gaps, ((3e-3, 4e-3),))
+    assert len(profile.gaps) == 0
 
 
 def test_a_gap_all_along_is_as_long_as_the_path() -> None:
@@ -53,7 +53,7 @@ def test_a_gap_all_along_is_as_long_as_the_path() -> None:
 
 
 def test_what_is_not_known_splits_a_gap() -> None:
-    assert profile_of([NAN] * 4, [M, GAP, NO_DATA, GAP]).summary.gap_count == 2
+    assert profile_of([NAN] * 5, [M, GAP, NO_DATA, GAP, M]).summary.gap_count == 2
 
 
 @pytest.mark.parametrize(('lag', 'count'), [(0.49, 0), (0.51, 1)])
@@ -62,6 +62,22 @@ def test_ink_may_come_half_a_second_late(lag: float, count: int) -> None:
     profile = profile_of([NAN] * 6, [GAP, GAP, GAP, M, M, M], speed=2e-3 / lag)
     assert (len(profile.gaps), profile.summary.gap_count) == (count, count)
     assert profile.summary.coverage == 1
+
+
+@pytest.mark.parametrize(('bare', 'speed', 'count'), [
+    (2, 0.01, 0), (3, 0.01, 0), (4, 0.01, 1), (3, 0.001, 1)])
+def test_ink_may_stop_a_little_early(bare: int, speed: float, count: int) -> None:
+    profile = profile_of([NAN] * 8, [M] * (8 - bare) + [GAP] * bare, speed=speed)
+    assert len(profile.gaps) == count
+    # Where ink really ended is said all the same: half-way to the first bare sample.
+    assert profile.strokes.lag[0, 1] == pytest.approx(-(bare - 0.5) * 1e-3)
+
+
+def test_a_stroke_without_any_ink_is_a_gap() -> None:
+    both = profile_of([NAN] * 6, [GAP, GAP, GAP, M, M, M])
+    profile = replace(both, stroke=np.array([1, 1, 1, 2, 2, 2]))
+    assert len(profile.gaps) == 1
+    assert np.isnan(profile.strokes.ink[0]).all()
 
 
 def shifted(left: float, right: float) -> ThicknessProfile:

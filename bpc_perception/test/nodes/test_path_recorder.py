@@ -174,6 +174,24 @@ def test_a_recorder_started_again_goes_on_with_its_print(graph: Any, tmp_path: P
     assert after.time[gap[0]] < 3.0 < 5.9 < after.time[gap[0] + 1]
 
 
+@pytest.mark.parametrize(('resume', 'goes_on'), [('crashed', False), ('newest', True)])
+def test_a_print_that_was_ended_on_purpose_is_gone_on_with_on_request_only(
+        graph: Any, tmp_path: Path, resume: str, goes_on: bool) -> None:
+    first = recorder_bench(graph, state_folder=str(tmp_path))
+    before = path_from_message(print_line(first)[-1])
+    first.timer.cancel()
+    graph.executor.remove_node(first.node)
+    first.node.end_print()
+    first.node.destroy_node()
+    graph._nodes.remove(first.node)
+    again = recorder_bench(graph, state_folder=str(tmp_path), resume=resume)
+    paths = again.listen(topics.PATH, topics.RESULTS[topics.PATH], topics.PATH_QOS)
+    again.send(topics.EXTRUSION, *(extrusion(t) for t in np.arange(6, 9, 0.1)))
+    again.send(topics.POSE, *(flange_pose(t) for t in np.arange(6, 9, 0.05)))
+    again.until(lambda: paths and len(paths[-1].x) > 100)
+    assert (path_from_message(paths[-1]).print_id == before.print_id) == goes_on
+
+
 def test_a_folder_that_cannot_be_written_to_costs_no_print(graph: Any, tmp_path: Path) -> None:
     (tmp_path / 'file').touch()
     bench = recorder_bench(graph, state_folder=str(tmp_path / 'file'))

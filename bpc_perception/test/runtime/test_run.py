@@ -85,6 +85,38 @@ def test_a_node_that_fails_says_so_and_takes_its_process_with_it(
     assert 'RuntimeError: the node has failed' in ended.stderr
 
 
+ENDING = """
+from bpc_perception.runtime.run import run
+from rclpy.node import Node
+
+class Ending(Node):
+    def __init__(self):
+        super().__init__('ending')
+        print('made', flush=True)
+        if FAILS:
+            self.create_timer(0.1, self.fail)
+
+    def fail(self):
+        raise RuntimeError('the node has failed')
+
+run(Ending, on_purpose=lambda node: print('on purpose', node.get_name(), flush=True))
+"""
+
+
+@pytest.mark.parametrize('fails', [False, True])
+def test_a_node_knows_whether_it_is_ended_on_purpose(
+        ros_domain: int, monkeypatch: pytest.MonkeyPatch, fails: bool) -> None:
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    with subprocess.Popen([sys.executable, '-c', f'FAILS = {fails}{ENDING}'], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == 'made\n'
+        if not fails:
+            process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=30)
+    assert said == ('' if fails else 'on purpose ending\n')
+
+
 HANGS = """
 import ctypes
 from bpc_perception.runtime.run import run

@@ -165,7 +165,8 @@ def test_every_gap_is_found(live: LivePrint) -> None:
     compared = compare(profile_from_message(live.profiles[-1]), JOB)
     wanted = np.array(sorted(JOB.commanded.gaps.tolist() + JOB.faults.tolist()))
     assert run_extents(compared.bare, compared.s) == pytest.approx(wanted, abs=0.6e-3)
-    assert run_extents(compared.gap, compared.s) == pytest.approx(JOB.faults, abs=0.6e-3)
+    assert run_extents(compared.profile.missing, compared.s) == pytest.approx(
+        JOB.faults, abs=0.6e-3)
     # The extruder runs through the fault in the middle, and pauses in the planned gaps.
     extruding = [compared.profile.extruding[(compared.s > start) & (compared.s < end)].mean()
                  for start, end in wanted]

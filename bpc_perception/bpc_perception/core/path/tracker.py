@@ -153,6 +153,21 @@ class PrintTracker:
         self._undecided_ns = None
         return stopped
 
+    def follow(self, path: DepositionPath) -> None:
+        """Take from a path as it was recorded what the recorder was told: to start or to stop.
+
+        What it did by itself is not taken: that follows from poses and states.
+        """
+        by_itself = any(sample.stamp_ns == path.start_ns and sample.extruding
+                        for sample in self._states)
+        if not path.print_id:
+            return
+        if self._print is None or path.start_ns > self._print.start_ns:
+            if not by_itself:
+                self.start(path.start_ns)
+        elif path.start_ns == self._print.start_ns and path.finished and self._running:
+            self.stop(path.start_ns + round(path.complete_until * 1e9))
+
     def end(self) -> GrowingPath | None:
         """End the running print for good, with what is known of it by now; None = none runs."""
         if self._print is None or not self._running:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from nicegui import ui
-import numpy as np
 
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.page import elements
 from bpc_perception.page.board import Event, Level
 
-MOST_GAPS, MOST_EVENTS = 4, 6  # that are listed, the newest
+MOST_DEFECTS, MOST_EVENTS = 4, 6  # that are listed, the newest
 LEVEL_TONES = {Level.OK: 'good', Level.WARN: 'warn', Level.ERROR: 'bad', Level.STALE: 'old',
                Level.UNHEARD: 'old'}
 
@@ -31,25 +30,28 @@ class NodesPanel:
 
 
 class EventsPanel:
-    """The newest events and gaps."""
+    """The newest events, gaps and ooze."""
 
     def __init__(self) -> None:
-        with elements.card('events', 'Gaps and alarms'):
+        with elements.card('events', 'Gaps, ooze and alarms'):
             self._entries = ui.element('div').classes('entries')
 
     def show(self, events: tuple[Event, ...], profile: ThicknessProfile | None) -> None:
-        """Show events, and the gaps of a profile if there is one."""
-        gaps = profile.gaps[::-1] if profile is not None else np.empty((0, 2))
+        """Show events, and gaps and ooze of a profile if there is one."""
+        found = [] if profile is None else [
+            (start, end, word) for word, extents in (('gap', profile.gaps), ('ooze', profile.ooze))
+            for start, end in extents.tolist()]
+        found.sort(reverse=True)
         self._entries.clear()
         with self._entries:
             for event in events[:MOST_EVENTS]:
                 times = f' ({event.times} times)' if event.times > 1 else ''
                 elements.entry('bad' if event.alarm else 'warn', event.at,
                                f'{event.source}: {event.words}{times}')
-            for start, end in gaps[:MOST_GAPS]:
+            for start, end, word in found[:MOST_DEFECTS]:
                 elements.entry('gap', f'{start * MM_PER_M:.1f} mm',
-                               f'gap of {(end - start) * MM_PER_M:.1f} mm')
-            if len(gaps) > MOST_GAPS:
-                ui.label(f'and {len(gaps) - MOST_GAPS} gaps before').classes('quiet')
-            if not len(gaps) and not events:
+                               f'{word} of {(end - start) * MM_PER_M:.1f} mm')
+            if len(found) > MOST_DEFECTS:
+                ui.label(f'and {len(found) - MOST_DEFECTS} before').classes('quiet')
+            if not found and not events:
                 ui.label('none').classes('quiet')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -268,6 +269,47 @@ def test_a_print_that_was_ended_does_not_go_on() -> None:
         second = tracker.path()
         assert second is not None
         assert second.print_id != first.print_id
+
+
+@pytest.mark.parametrize('when', ['while it runs', 'in the pause'])
+def test_a_recorded_print_begins_and_ends_where_it_was_told_to(when: str) -> None:
+    live, again = PrintTracker(PAUSE), PrintTracker(PAUSE)
+    told = {'while it runs': 2.0, 'in the pause': 3.6}[when]
+    for tracker in (live, again):
+        stroke(tracker, 1.0, (0.0, 0.0, 0.0), 0.01 if when == 'while it runs' else 0.02)
+    live.stop(at_ns(told))
+    stopped = live.path()
+    assert stopped is not None
+    again.follow(replace(stopped, finished=True))
+    live.start(at_ns(4.0))
+    begun = live.path()
+    assert begun is not None
+    again.follow(begun)
+    for tracker in (live, again):
+        stroke(tracker, 5.0, (0.0, 0.004, 0.0))
+    one, other = live.path(), again.path()
+    assert one is not None
+    assert other is not None
+    assert other.start_ns == at_ns(4.0)
+    assert path_bytes(other) == path_bytes(one)
+
+
+def test_a_recorded_print_that_began_by_itself_tells_nothing() -> None:
+    live, again = PrintTracker(PathConfig(auto_stop_after=0.5)), PrintTracker(PAUSE)
+    for tracker in (live, again):
+        stroke(tracker, 1.0, (0.0, 0.0, 0.0))
+        stroke(tracker, 9.0, (0.0, 0.05, 0.0))  # away: another print
+        path = tracker.path()
+        assert path is not None
+        assert path.start_ns == at_ns(9.0)
+    before = again.path()
+    path = live.path()
+    assert path is not None
+    again.follow(path)
+    after = again.path()
+    assert before is not None
+    assert after is not None
+    assert path_bytes(after) == path_bytes(before)
 
 
 def test_what_was_laid_before_a_pause_stays_as_it_was() -> None:
