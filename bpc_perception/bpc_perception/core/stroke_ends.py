@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -109,7 +110,7 @@ class StrokeSamples:
 
     def early(self) -> Flags:
         """Return where (N,) bed is bare since the ink of a stroke had stopped already."""
-        last = np.flatnonzero((self.stroke > 0) & (np.diff(self.stroke, append=0) != 0))
+        last = self._lasts
         early = np.zeros(len(self.stroke), bool)
         # From behind the last sample of the stroke that is anything else.
         other = np.append(-1, np.flatnonzero(~self.bare | (self.stroke == 0)))
@@ -122,11 +123,16 @@ class StrokeSamples:
 
     def running_on(self) -> Flags:
         """Return where (N,) ink is seen on travel since that of a stroke had not stopped yet."""
-        last = np.flatnonzero((self.stroke > 0) & (np.diff(self.stroke, append=0) != 0))
+        last = self._lasts
         on = np.zeros(len(self.stroke), bool)
         for index, count in zip(last, self._run_on(last), strict=True):
             on[index + 1:index + 1 + count] = True
         return on & self.ooze
+
+    @cached_property
+    def _lasts(self) -> Index:
+        """The last sample (S,) of each stroke."""
+        return np.flatnonzero((self.stroke > 0) & (np.diff(self.stroke, append=0) != 0))
 
     def _run_on(self, last: Index) -> Index:
         """Return for how many samples (S,) ink goes on behind the last ones of strokes (S,)."""

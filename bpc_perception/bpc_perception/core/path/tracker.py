@@ -114,37 +114,31 @@ class PrintTracker:
         if not goes_on(path.path(), stamp_ns, tip):
             self.start(stamp_ns)
             return
-        path.finished = False
-        self._begin(PathAssembler(path, self._config), stamp_ns)
+        self.resume(path, stamp_ns)
 
     def start(self, stamp_ns: int) -> str:
         """Start a new print at this time and return its id; a running one is given up."""
         start = datetime.fromtimestamp(stamp_ns // 10**9, timezone.utc)
         print_id = f'{start:%Y%m%dT%H%M%S}.{stamp_ns % 10**9 // 10**6:03d}Z'
-        self._begin(PathAssembler(GrowingPath(print_id, stamp_ns), self._config), stamp_ns)
+        self.resume(GrowingPath(print_id, stamp_ns), stamp_ns)
         return print_id
 
-    def _begin(self, assembler: PathAssembler, stamp_ns: int) -> None:
-        """Let a print run from this time on, with what is remembered of poses and states."""
-        self._print = assembler
-        for sample in self._states:  # before the poses, for which they were not too late
-            assembler.add_extruder(sample)
-        for pose_ns, tip in self._poses:
-            if pose_ns >= stamp_ns:
-                assembler.add_pose(pose_ns, tip)
-        self._running = self._may_go_on = True
-        self._undecided_ns = None
-        self._last_extruding_ns = max(self._last_extruding_ns, stamp_ns)
+    def resume(self, path: GrowingPath, stamp_ns: int) -> None:
+        """Go on with a print from this time on, with what is remembered of poses and states.
 
-    def resume(self, path: GrowingPath, now_ns: int) -> None:
-        """Go on with a print that was left off; what was laid since then is not known.
-
-        The pause that ends a print by itself counts from now.
+        What was laid since it was left off is not known. The pause that ends a print by itself
+        counts from this time.
         """
         path.finished = False
         self._print = PathAssembler(path, self._config)
+        for sample in self._states:  # before the poses, for which they were not too late
+            self._print.add_extruder(sample)
+        for pose_ns, tip in self._poses:
+            if pose_ns >= stamp_ns:
+                self._print.add_pose(pose_ns, tip)
         self._running = self._may_go_on = True
-        self._last_extruding_ns = now_ns
+        self._undecided_ns = None
+        self._last_extruding_ns = max(self._last_extruding_ns, stamp_ns)
 
     def stop(self, stamp_ns: int) -> bool:
         """Let the running print end at this time, for good; return False if none runs."""

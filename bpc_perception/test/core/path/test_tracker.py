@@ -38,6 +38,21 @@ def tracker_fed(config: PathConfig, poses: Array, states: list[ExtruderSample]) 
     return tracker
 
 
+Event = tuple[float, int, Any]  # time of arrival [s]; 0 and stamp and tip, or 1 and a state
+
+
+def path_from(tracker: PrintTracker, events: list[Event]) -> DepositionPath:
+    """The path after poses and states that arrive in the order of their times."""
+    for _, kind, content in sorted(events, key=lambda event: event[:2]):
+        if kind:
+            tracker.add_extruder(content)
+        else:
+            tracker.add_pose(*content)
+    path = tracker.path()
+    assert path is not None
+    return path
+
+
 AUTO = PathConfig(smoothing_time=0, auto_stop_after=1.0)
 
 
@@ -64,18 +79,11 @@ def test_a_print_is_the_same_whichever_topic_is_ahead(lag: float, smoothing_time
 
     def run(lag: float) -> DepositionPath:
         tracker = PrintTracker(config)
-        events: list[tuple[float, int, Any]] = [
+        events: list[Event] = [
             (time + lag, 0, (at_ns(time), tip))
             for time, tip in zip(times, along_x(times), strict=True)]
         events += [((sample.stamp_ns - START_NS) / SECOND, 1, sample) for sample in states]
-        for _, kind, content in sorted(events, key=lambda event: event[:2]):
-            if kind:
-                tracker.add_extruder(content)
-            else:
-                tracker.add_pose(*content)
-        path = tracker.path()
-        assert path is not None
-        return path
+        return path_from(tracker, events)
 
     in_step, apart = run(0.0), run(lag)
     assert in_step.time[0] == 0
@@ -340,19 +348,12 @@ def test_a_print_goes_on_alike_whichever_topic_is_ahead(lag: float) -> None:
         inked = ((times > 1) & (times < 3)) | (times > 15)
         x = np.cumsum(np.where(inked, 1e-4, 0.0))
         y = np.where(times > 10, 0.003, 0.0)
-        events: list[tuple[float, int, Any]] = [
+        events: list[Event] = [
             (time + lag, 0, (at_ns(time), np.array(tip)))
             for time, *tip in zip(times, x % 0.02, y, 0 * y, strict=True)]
         events += [(time, 1, state(time, bool(on)))
                    for time, on in list(zip(times, inked, strict=True))[::2]]
-        for _, kind, content in sorted(events, key=lambda event: event[:2]):
-            if kind:
-                tracker.add_extruder(content)
-            else:
-                tracker.add_pose(*content)
-        path = tracker.path()
-        assert path is not None
-        return path
+        return path_from(tracker, events)
 
     in_step, apart = run(0.0), run(lag)
     assert in_step.print_id == apart.print_id
