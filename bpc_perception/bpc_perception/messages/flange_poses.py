@@ -49,7 +49,11 @@ class FlangePoses:
             return received_ns, pose_to_matrix(message)
         if source == 'lbr_state':  # has a stamp of the clock of the robot's controller
             controller_ns, T_base_flange = lbr_state_to_matrix(message, robot)
-            return self._controller.map(controller_ns, received_ns), T_base_flange
+            controller_stamp_ns = self._controller.map(controller_ns, received_ns)
+            if controller_stamp_ns is None:
+                raise ConversionError('lbr_state: expected messages without much delay, found '
+                                      'one held up, or a clock that was set')
+            return controller_stamp_ns, T_base_flange
         stamp_ns = stamp_to_ns(message.header.stamp)
         if source == 'joint_states':
             if stamp_ns == 0:

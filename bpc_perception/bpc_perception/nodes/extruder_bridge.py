@@ -65,6 +65,10 @@ class ExtruderBridgeNode(Node):
                 self._warn_of_changes(self._last, state)
             self._last = state
             self._describe(state)
+            if stamp_ns is None:
+                self._diagnostics.refuse('extruder: expected lines without much delay, found '
+                                         'one held up, or a clock that was set')
+                continue
             self._publish(stamp_ns, self._plunger.motion(state), state.error_status)
 
     def _warn_of_changes(self, last: TicState, state: TicState) -> None:

@@ -26,17 +26,25 @@ def flange_pose(robot: str, angles: Array) -> Array:
 
     Raises ValueError if the robot is not known, or the angles are not seven finite numbers.
     """
+    return link_poses(robot, angles)[-1]
+
+
+def link_poses(robot: str, angles: Array) -> list[Array]:
+    """Return T_base_link (4, 4) [m] of the base, and of each link behind joints A1..A7.
+
+    The z axis of a link is the axis of the next joint. Arguments and errors: see flange_pose.
+    """
     if robot not in LINK_OFFSETS_M:
         raise ValueError(f'robot: expected {" or ".join(LINK_OFFSETS_M)}, found {robot!r}')
     if angles.shape != (len(JOINTS),) or not np.isfinite(angles).all():
         raise ValueError(f'joints: expected {len(JOINTS)} finite angles, found {angles.tolist()}')
-    T_base_link = np.eye(4)
-    for theta, d, alpha in zip(angles, LINK_OFFSETS_M[robot], LINK_TWISTS_RAD, strict=True):
-        c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-        T_base_link = T_base_link @ np.array((
+    poses = [np.eye(4)]
+    for c, s, d, ca, sa in zip(np.cos(angles), np.sin(angles), LINK_OFFSETS_M[robot],
+                               np.cos(LINK_TWISTS_RAD), np.sin(LINK_TWISTS_RAD), strict=True):
+        poses.append(poses[-1] @ np.array((
             (c, -s * ca, s * sa, 0.0), (s, c * ca, -c * sa, 0.0),
-            (0.0, sa, ca, d), (0.0, 0.0, 0.0, 1.0)))
-    return T_base_link
+            (0.0, sa, ca, d), (0.0, 0.0, 0.0, 1.0))))
+    return poses
 
 
 def order_joints(names: Sequence[str], angles: Sequence[float]) -> Array:

@@ -49,3 +49,30 @@ def test_a_device_that_starts_anew_is_taken_anew() -> None:
     assert clock.map(1000 * MS, OFFSET) == OFFSET
     assert clock.map(0, OFFSET + 3000 * MS) == OFFSET + 3000 * MS
     assert clock.map(10 * MS, OFFSET + 3010 * MS) == OFFSET + 3010 * MS
+
+
+def test_delay_that_grows_is_delay() -> None:
+    """A busy computer sends each pose a little later than the one before."""
+    clock = ClockOffset()
+    for index in range(300):
+        device = index * 10 * MS
+        assert clock.map(device, device + OFFSET + index * 10 * MS) == device + OFFSET
+    assert clock.map(3000 * MS, OFFSET + 3001 * MS) == OFFSET + 3000 * MS
+
+
+def test_what_was_held_up_for_long_is_not_dated() -> None:
+    """Whether it was held up, or the clock was set, is known only later."""
+    clock = ClockOffset()
+    clock.map(0, OFFSET)
+    held_up = [clock.map(index * 10 * MS, OFFSET + 1499 * MS + index) for index in range(1, 150)]
+    assert held_up[:49] == [None] * 49
+    assert held_up[49:] == [OFFSET + index * 10 * MS for index in range(50, 150)]
+
+
+def test_a_clock_that_was_set_back_during_silence_is_believed_in_time() -> None:
+    clock = ClockOffset()
+    clock.map(0, OFFSET)
+    device = np.arange(1000, 5000, 10) * MS
+    mapped = [clock.map(int(ns), int(ns) + OFFSET + 3000 * MS) for ns in device]
+    assert mapped[:201] == [None] * 201
+    assert mapped[201:] == [int(ns) + OFFSET + 3000 * MS for ns in device[201:]]
