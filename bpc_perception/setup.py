@@ -57,6 +57,7 @@ setup(
             'extruder_bridge = bpc_perception.nodes.extruder_bridge:main',
             'page = bpc_perception.nodes.page:main',
             'path_recorder = bpc_perception.nodes.path_recorder:main',
+            'results_writer = bpc_perception.nodes.results_writer:main',
             'thickness = bpc_perception.nodes.thickness:main',
         ],
     },

@@ -11,6 +11,13 @@ import typer
 from bpc_perception.cli.parts.live_page import PageOption, serving
 from bpc_perception.cli.parts.monitor import Monitor, monitoring
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.saved_prints import (
+    check_prints,
+    NoSaveOption,
+    PrintsOption,
+    SavedPrints,
+    saving,
+)
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.drivers.cameras import check_back_end
@@ -19,6 +26,7 @@ from bpc_perception.files.parameter_file import configure, live_recorder
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.recording.path_journal import default_folder
+from bpc_perception.recording.print_folder import PRINTS
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.supervisor import Supervisor
 
@@ -38,6 +46,8 @@ def live(
         '--new-print', help='Begin a new print, even if the last one crashed just now.')] = False,
     resume: Annotated[bool, typer.Option(
         '--resume', help='Go on with the last print, even if it was ended.')] = False,
+    out: PrintsOption = PRINTS,
+    no_save: NoSaveOption = False,
     remap: RemapOption = None,
     page: PageOption = False,
     quiet: QuietOption = False,
@@ -55,19 +65,27 @@ def live(
     if camera is not None:
         check_back_end(camera)
     recorder = live_recorder(parameters)
+    check_prints(out)
     others = remappings(remap)
+    saved = None if no_save else SavedPrints(out, hand_eye, parameters, others)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
     inputs = [others.get(name, name) for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION)]
     with (monitoring(terminal, keep=1) as monitor,
+          saving(saved, monitor, terminal) as look_after_saving,
           Nodes(parameters, remappings=others) as nodes,
           serving(page, terminal, others)):
         start_nodes(nodes, recorder, hand_eye, camera,
                     'none' if new_print else 'newest' if resume else recorder.resume)
         terminal.say('Waiting for captures; Ctrl-C ends.')
         supervisor = Supervisor(nodes, monitor.node)
-        monitor.spin_until(lambda: False, SILENCE_PATIENCE_S, supervisor.check)
+
+        def look_after_nodes() -> None:
+            supervisor.check()
+            look_after_saving()
+
+        monitor.spin_until(lambda: False, SILENCE_PATIENCE_S, look_after_nodes)
         name_silent_topics(inputs, monitor, terminal)
-        monitor.spin_until(lambda: False, check=supervisor.check)
+        monitor.spin_until(lambda: False, check=look_after_nodes)
 
 
 def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,

@@ -11,17 +11,16 @@ from typing import Annotated
 import typer
 
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.saved_prints import recorder_settings
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_perception.core.config import PoseConfig, RecorderConfig
-from bpc_perception.core.parameter import flatten
 from bpc_perception.files.hand_eye_file import load_hand_eye
-from bpc_perception.files.parameter_file import configure
 from bpc_perception.messages import topics
-from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
+from bpc_perception.runtime.ros_arguments import ros_arguments
 from bpc_perception.runtime.signals import exit_on_signal
 
 BYTES_PER_MB = 1e6
 S_PER_MIN = 60
+LOGGING = {True: ['--log-level', 'warn'], False: []}  # whether it is to be silent
 
 
 class RecordingView:
@@ -70,28 +69,15 @@ def record(
         raise ValueError(f'{out}: expected a new bag, found that it exists')
     if hand_eye is not None:
         load_hand_eye(hand_eye)
-    pose = configure(RecorderConfig(), 'path_recorder', parameters).pose
-    beside = {name: file.read_bytes() for name, file in (
-        (HAND_EYE, hand_eye), (PARAMETERS, parameters)) if file is not None}
+    settings = recorder_settings(hand_eye, parameters) | {'bag': str(out)}
     others = remappings(remap)
     # Imported late: only this command needs ROS set up in this process.
     with exit_on_signal():
         from bpc_perception.nodes import bag_recorder
 
-    sys.argv = [sys.argv[0], *node_arguments(out, pose, others, silent=quiet or json_lines)]
+    sys.argv = [sys.argv[0], *ros_arguments(settings, others), *LOGGING[quiet or json_lines]]
     with terminal.view():
         on_progress = RecordingView(terminal, out).on_progress if terminal.lively else None
-        bag_recorder.main(on_progress, beside)
+        bag_recorder.main(on_progress)
     if json_lines:
         terminal.files([out])
-
-
-def node_arguments(out: Path, pose: PoseConfig, others: dict[str, str],
-                   silent: bool) -> list[str]:
-    """Return the ROS arguments of the bag recorder."""
-    settings = [part for name, _, value in flatten(pose)
-                for part in ('-p', f'pose.{name}:={value}')]
-    rules = [part for topic, other in others.items() for part in ('-r', f'{topic}:={other}')]
-    level = ['--log-level', 'warn'] if silent else []
-    return ['--ros-args', '--disable-external-lib-logs', '-p', f'bag:={out}',
-            *settings, *rules, *level]

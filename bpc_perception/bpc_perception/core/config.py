@@ -242,7 +242,35 @@ class BagRecorderConfig(Config):
     """All of the bag recorder."""
 
     bag: Annotated[str, Parameter('Folder of the new recording', read_only=True)] = 'recording'
+    prints: Annotated[str, Parameter(
+        'Folder in which each print gets a folder with its own recording; empty = one recording '
+        'of all, in bag', read_only=True)] = ''
+    least_free: Annotated[float, Parameter(
+        'With prints: recording ends where less is free on the disk', 'GB', 0, 100000,
+        read_only=True)] = 2.0
+    hand_eye_file: Annotated[str, Parameter(
+        'Hand-eye calibration that is kept with each recording; empty = none',
+        read_only=True)] = ''
+    parameter_file: Annotated[str, Parameter(
+        'ROS parameter file that is kept with each recording; empty = none',
+        read_only=True)] = ''
     pose: PoseConfig = field(default_factory=PoseConfig)
+
+
+@dataclass(frozen=True)
+class ResultsWriterConfig(Config):
+    """All of the results writer."""
+
+    prints: Annotated[str, Parameter(
+        'Folder in which each print gets a folder with its results', read_only=True)] = 'prints'
+    hand_eye_file: Annotated[str, Parameter(
+        'Hand-eye calibration with which is measured', read_only=True)] = ''
+    parameter_file: Annotated[str, Parameter(
+        'ROS parameter file of the nodes that measure; empty = none', read_only=True)] = ''
+    period: Annotated[float, Parameter(
+        'How often the results of a print are written while it grows', 's', 0.1, 3600,
+        read_only=True)] = 10.0
+    process: ProcessConfig = field(default_factory=lambda: ProcessConfig(niceness=10))
 
 
 @dataclass(frozen=True)

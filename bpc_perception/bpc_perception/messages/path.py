@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from struct import unpack_from
+
 from geometry_msgs.msg import Point, Pose, PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
@@ -30,6 +32,21 @@ def path_to_message(path: DepositionPath, frame_id: str) -> DepositionPathMsg:
         **axes_fields('', path.points), plunger_velocity=floats_field(path.plunger_velocity),
         flow_rate=floats_field(path.flow_rate), extruding=path.extruding.tolist(),
         extruder_known=path.extruder_known.tolist())
+
+
+def print_id_in(data: bytes) -> str:
+    """Return the print_id of a serialized DepositionPath, without unpacking all of the path.
+
+    [OMG DDS-XTypes 1.3, plain CDR: a head of 4 bytes, from which numbers are aligned; a string is
+    its length and its bytes with a NUL]
+    """
+    number = '<I' if data[1] & 1 else '>I'
+    place = 4 + 8  # behind the stamp
+    frame_length, = unpack_from(number, data, place)
+    place += 4 + frame_length
+    place += -place % 4
+    length, = unpack_from(number, data, place)
+    return data[place + 4:place + 4 + length - 1].decode(errors='replace')
 
 
 def path_from_message(message: DepositionPathMsg) -> DepositionPath:

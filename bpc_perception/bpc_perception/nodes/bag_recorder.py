@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from math import inf
+from pathlib import Path
+import shutil
 import sys
 import time
 from typing import Any
 
 from rclpy.node import Node
 
+from bpc_interfaces.msg import DepositionPathUpdate
 from bpc_perception.core.config import BagRecorderConfig
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
-from bpc_perception.recording.bag_writer import BagWriter
+from bpc_perception.messages.path import print_id_in
+from bpc_perception.recording.bag_writer import BagWriter, begin_recording
+from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
+from bpc_perception.recording.print_bags import PrintBags
 from bpc_perception.runtime.clock import steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.exit_status import REFUSED
@@ -23,6 +29,7 @@ from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.run import run
 
 FLUSH_PERIOD_S = 0.1  # a killed recorder loses this much, and what it had not received yet
+BYTES_PER_GB = 1e9
 PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is still in its place
 MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is missing
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
@@ -34,24 +41,27 @@ QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
 class BagRecorderNode(Node):
     """Writes each message, still serialized, with the time at which it came.
 
+    It makes one recording of all, or one of each print.
+
     Args:
         on_progress: is called after each flush with the number of messages by topic and the size
             of the file [bytes]. Its OSErrors do not matter.
-        beside: further files of the recording, name to content.
 
     Attributes:
         failure: why the recording is not whole; empty = it is.
     """
 
     def __init__(self, on_progress: Callable[[dict[str, int], int], None] | None = None,
-                 beside: Mapping[str, bytes] | None = None, **kwargs: Any) -> None:
+                 **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
-        config = NodeConfig(self, BagRecorderConfig()).value
+        self._config = config = NodeConfig(self, BagRecorderConfig()).value
+        beside = {name: Path(file).read_bytes() for name, file in (
+            (HAND_EYE, config.hand_eye_file), (PARAMETERS, config.parameter_file)) if file}
         self.failure = ''
         self._on_progress = on_progress
         self._diagnostics = Diagnostics(self)
         self._first_capture = inf  # [s], steady
-        self._camera = self.resolve_topic_name(topics.IMAGE)
+        self._camera, self._path = map(self.resolve_topic_name, (topics.IMAGE, topics.PATH))
         recorded = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
         poses = FlangePoses(config.pose, '')
         needed = {topics.EXTRUSION}  # a recording is measured from these and its captures
@@ -65,20 +75,38 @@ class BagRecorderNode(Node):
                 QOS.get(name, topics.RESULT_QOS), raw=True)
         self.create_timer(FLUSH_PERIOD_S, self._flush, clock=steady_clock())
         self.create_timer(PLACE_PERIOD_S, self._check_place, clock=steady_clock())
-        # The bag comes last: when the process is ended while it makes the node, no half-made
-        # recording is left.
-        self._bag = BagWriter(config.bag)
+        types = {self.resolve_topic_name(name): topics.type_name(kind)
+                 for name, kind in recorded.items()}
+        self._bag: BagWriter | PrintBags
+        if config.prints:
+            inputs = [self.resolve_topic_name(name) for name in recorded
+                      if name not in topics.RESULTS]
+            large = [self.resolve_topic_name(name) for name in topics.CAMERA]
+            self._bag = PrintBags(Path(config.prints), types, inputs, large, beside)
+            self.create_subscription(DepositionPathUpdate, topics.PATH_UPDATE, self._on_update,
+                                     topics.PATH_UPDATE_QOS)
+        else:
+            # The bag comes last: when the process is ended while it makes the node, no half-made
+            # recording is left.
+            self._bag = begin_recording(Path(config.bag), types, beside)
+        self.get_logger().info(f'recording into {self._bag.path}')
+
+    def _on_update(self, message: DepositionPathUpdate) -> None:
+        """Begin another recording if this is another print."""
+        assert isinstance(self._bag, PrintBags)
+        if message.path.print_id != self._bag.print_id:
+            self.failure = ''
         try:
-            for name, kind in recorded.items():
-                self._bag.add_topic(self.resolve_topic_name(name), topics.type_name(kind))
-            for name, content in (beside or {}).items():
-                (self._bag.path / name).write_bytes(content)
-        except BaseException:
-            self._bag.close()
-            raise
-        self.get_logger().info(f'recording into {config.bag}')
+            if not self.failure:
+                self._bag.follow(message.path.print_id, message.path.finished,
+                                 self.get_clock().now().nanoseconds)
+        except OSError as error:
+            self._fail(error)
 
     def _write(self, topic: str, data: bytes) -> None:
+        if (topic == self._path and isinstance(self._bag, PrintBags)
+                and print_id_in(data) != self._bag.print_id):
+            return  # a late one, of the print before
         if not self.failure:
             try:
                 self._bag.write(topic, self.get_clock().now().nanoseconds, data)
@@ -116,6 +144,11 @@ class BagRecorderNode(Node):
         if not (self.failure or self._bag.in_place):
             self._diagnostics.warn(f'{self._bag.path}: expected the recording there, '
                                    'found it moved or removed')
+        if isinstance(self._bag, PrintBags) and self._bag.print_id and not self.failure:
+            free = shutil.disk_usage(self._bag.path).free / BYTES_PER_GB
+            if free < self._config.least_free:
+                self.failure = (f'not recorded: expected {self._config.least_free:g} GB free at '
+                                f'{self._bag.path}, found {free:.1f}')
 
     def _fail(self, error: OSError, what: str = 'not recorded') -> None:
         """Record no more, but stay to say so: what is on disk can be read as it is."""
@@ -132,13 +165,12 @@ class BagRecorderNode(Node):
             super().destroy_node()
 
 
-def main(on_progress: Callable[[dict[str, int], int], None] | None = None,
-         beside: Mapping[str, bytes] | None = None) -> None:
+def main(on_progress: Callable[[dict[str, int], int], None] | None = None) -> None:
     """Run the node; exit with 2 if the recording is not whole."""
     made: list[BagRecorderNode] = []
 
     def bag_recorder() -> BagRecorderNode:
-        made.append(BagRecorderNode(on_progress, beside))
+        made.append(BagRecorderNode(on_progress))
         return made[0]
 
     run(bag_recorder, large_messages=True, fast_streams=True)

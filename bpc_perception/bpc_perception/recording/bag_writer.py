@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
@@ -19,6 +19,24 @@ from bpc_perception.recording.bag import BagError
 
 # A killed recorder loses one chunk, so chunks are small. A larger message gets its own chunk.
 CHUNK_SIZE_BYTES = 64 * 1024
+
+
+def begin_recording(path: Path, types: Mapping[str, str],
+                    beside: Mapping[str, bytes]) -> BagWriter:
+    """Begin a recording of topics of these types, with further files beside it, by name.
+
+    Raises OSError, and BagError if there is something already.
+    """
+    writer = BagWriter(path)
+    try:
+        for topic, kind in types.items():
+            writer.add_topic(topic, kind)
+        for name, content in beside.items():
+            (path / name).write_bytes(content)
+    except BaseException:
+        writer.close()
+        raise
+    return writer
 
 
 class BagWriter:

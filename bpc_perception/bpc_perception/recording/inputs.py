@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bpc_perception.core.advice.targets import WidthTargets
-from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.config import AdviceConfig, RecorderConfig, ThicknessConfig
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
@@ -30,10 +30,14 @@ class Inputs:
     @property
     def targets(self) -> WidthTargets | None:
         """The target thickness along the path; None = no target."""
-        advice = self.thickness.advice
-        if advice.target_file:
-            return WidthTargets.read(advice.target_file)
-        return WidthTargets.constant(advice.target_thickness) if advice.target_thickness else None
+        return targets_of(self.thickness.advice)
+
+
+def targets_of(advice: AdviceConfig) -> WidthTargets | None:
+    """Return the target thickness along the path; None = no target. Raises OSError, ValueError."""
+    if advice.target_file:
+        return WidthTargets.read(advice.target_file)
+    return WidthTargets.constant(advice.target_thickness) if advice.target_thickness else None
 
 
 def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:

@@ -8,14 +8,16 @@ from importlib import metadata
 import json
 from pathlib import Path
 import platform
+from typing import Any
 
 import cv2
 import numpy as np
 
 from bpc_perception import __version__
 from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.parameter import flatten
-from bpc_perception.recording.inputs import Inputs
+from bpc_perception.recording.inputs import Inputs, targets_of
 
 
 @dataclass(frozen=True)
@@ -56,8 +58,7 @@ def fingerprint(recording: Inputs, settings: dict[str, object],
     It covers recording, calibration, targets, settings and versions: the content of the small
     files, but only names, sizes and times of change of the recording, as make and rsync do.
     """
-    digest = hashlib.sha256(
-        json.dumps([settings, used_versions], sort_keys=True, default=str).encode())
+    digest = _digest(settings, used_versions)
     for file in recording.bag.files:
         state = file.stat()
         digest.update(f'{file.name} {state.st_size} {state.st_mtime_ns}'.encode(errors='replace'))
@@ -67,11 +68,34 @@ def fingerprint(recording: Inputs, settings: dict[str, object],
     return digest.hexdigest()
 
 
+def settings_of(thickness: ThicknessConfig, recorder: RecorderConfig) -> dict[str, object]:
+    """Return dotted names and values of all settings that a result depends on."""
+    settings = {name: value for name, _, value in flatten(thickness)}
+    return settings | {f'path_recorder.{name}': value for name, _, value in flatten(recorder)}
+
+
 def provenance_of(recording: Inputs) -> Provenance:
     """Return what the files say about where a result comes from."""
-    settings = {name: value for name, _, value in flatten(recording.thickness)}
-    settings |= {f'path_recorder.{name}': value for name, _, value in flatten(recording.recorder)}
+    settings = settings_of(recording.thickness, recording.recorder)
     used_versions = versions()
     return Provenance(str(recording.bag.path), str(recording.hand_eye_file), settings,
                       used_versions, recording.targets,
                       fingerprint(recording, settings, used_versions))
+
+
+def live_provenance(recording: Path, hand_eye_file: Path, thickness: ThicknessConfig,
+                    recorder: RecorderConfig) -> Provenance:
+    """Return where a live result comes from.
+
+    Its recording still grows, so only calibration, settings and versions are in its fingerprint.
+    """
+    settings, used_versions = settings_of(thickness, recorder), versions()
+    digest = _digest(settings, used_versions)
+    digest.update(hand_eye_file.read_bytes())
+    return Provenance(str(recording), str(hand_eye_file), settings, used_versions,
+                      targets_of(thickness.advice), digest.hexdigest())
+
+
+def _digest(settings: dict[str, object], used_versions: dict[str, str]) -> Any:
+    return hashlib.sha256(
+        json.dumps([settings, used_versions], sort_keys=True, default=str).encode())

@@ -14,13 +14,12 @@ import time
 from types import TracebackType
 from typing import Any
 
-import yaml
-
 from bpc_perception.runtime.process import HEARTBEAT_VARIABLE, PARENT_VARIABLE
+from bpc_perception.runtime.ros_arguments import ros_arguments
 from bpc_perception.runtime.transport import shared_memory
 from bpc_perception.runtime.transport.dds_profiles import with_profile
 
-END_PATIENCE_S = 1.5  # for all nodes together
+END_PATIENCE_S = 1.5  # for all nodes together, unless they write files
 KILL_PATIENCE_S = 1.0  # for each; a process that waits in the kernel for a device may not end
 # Only these get the profile for captures: a process with it takes the shared memory at its start.
 CAPTURE_PUBLISHERS = ('camera_driver', 'composed')
@@ -35,7 +34,17 @@ class Nodes:
 
     def __init__(self, parameter_file: Path | None = None,
                  parameters: Mapping[str, Any] | None = None,
-                 remappings: Mapping[str, str] | None = None) -> None:
+                 remappings: Mapping[str, str] | None = None,
+                 end_patience: float = END_PATIENCE_S) -> None:
+        """Begin without nodes.
+
+        Args:
+            parameter_file: of all nodes; None = none.
+            parameters: of all nodes.
+            remappings: of topics.
+            end_patience: for all nodes together at their end [s].
+        """
+        self._end_patience = end_patience
         self._parameter_file = parameter_file
         self._remappings = dict(remappings or {})
         self._parameters = dict(parameters or {})
@@ -55,23 +64,13 @@ class Nodes:
             self._children[name].close_heartbeat()
         # The node gets its own session: Ctrl-C reaches only us, and we end the nodes in order.
         process = subprocess.Popen(
-            [sys.executable, '-m', module, *self._arguments(parameters)],
+            [sys.executable, '-m', module, *ros_arguments(
+                self._parameters | parameters, self._remappings, self._parameter_file)],
             stdin=subprocess.DEVNULL, stdout=handle, stderr=handle, start_new_session=True,
             env=environment, pass_fds=(write_end,))
         self._children[name] = _Child(module, parameters, process, Path(log), read_end)
         os.close(handle)
         os.close(write_end)
-
-    def _arguments(self, parameters: Mapping[str, Any]) -> list[str]:
-        # The output goes into a log of ours, which is removed if all went well.
-        arguments = ['--ros-args', '--disable-external-lib-logs']
-        if self._parameter_file:
-            arguments += ['--params-file', str(self._parameter_file)]
-        for key, value in {**self._parameters, **parameters}.items():
-            arguments += ['-p', f'{key}:={yaml.safe_dump(value).splitlines()[0]}']
-        for topic, other in self._remappings.items():
-            arguments += ['-r', f'{topic}:={other}']
-        return arguments
 
     def start_again(self, name: str) -> None:
         """Start an ended node again with the same parameters; its old log stays."""
@@ -148,7 +147,7 @@ class Nodes:
             if child.process.poll() is None:
                 used |= shared_memory.used_by(child.process.pid)
                 child.process.terminate()  # unlike SIGINT it is silent, even while a node loads
-        end = time.monotonic() + END_PATIENCE_S
+        end = time.monotonic() + self._end_patience
         for child in reversed(self._children.values()):
             try:
                 child.process.wait(max(end - time.monotonic(), 0.0))

@@ -9,8 +9,10 @@ import typer
 
 from bpc_perception.cli.parts.live_page import PageOption
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, SeparateOption
+from bpc_perception.cli.parts.saved_prints import check_prints, NoSaveOption, PrintsOption
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import CameraConfig
+from bpc_perception.recording.print_folder import PRINTS
 
 OPEN_LOOP_CAPTURE_RATE_HZ, CLOSED_LOOP_CAPTURE_RATE_HZ = 0.5, 1.0
 SLOWEST_MM_S, FASTEST_MM_S = 0.1, 500
@@ -33,6 +35,8 @@ def sim(
     actuator: Annotated[str, typer.Option(
         help='In a closed loop, what is corrected: flow or speed.')] = 'flow',
     seed: Annotated[int, typer.Option(help='In a closed loop: which printer.')] = 0,
+    out: PrintsOption = PRINTS,
+    no_save: NoSaveOption = False,
     separate: SeparateOption = False,
     page: PageOption = False,
     quiet: QuietOption = False,
@@ -46,17 +50,19 @@ def sim(
     terminal = Terminal(quiet, json_lines)
     check_speed(speed)
     capture_rate = check_capture_rate(rate, closed_loop)
+    check_prints(out)
+    prints = None if no_save else out
     if closed_loop:
         if record is not None:
             raise ValueError('--record: expected an open loop, found --closed-loop')
         corrected = closed_loop_print(scenario, speed, seed, actuator, capture_rate)
-        run_closed_loop(corrected, page, terminal)
+        run_closed_loop(corrected, prints, page, terminal)
         return
     planned = open_loop_print(scenario, speed, capture_rate, target)
     if record is not None:
         record_open_loop(planned, record, terminal)
     else:
-        run_open_loop(planned, separate, page, terminal)
+        run_open_loop(planned, prints, separate, page, terminal)
 
 
 def check_speed(speed_mm_s: float) -> None:

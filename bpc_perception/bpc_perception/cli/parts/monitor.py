@@ -43,6 +43,7 @@ class Monitor:
         node: that listens.
         profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
             all of them.
+        print_ids: of the prints that were measured, in order.
     """
 
     def __init__(self, node: Node, executor: SingleThreadedExecutor, terminal: Terminal,
@@ -56,6 +57,7 @@ class Monitor:
         self._table = ResultTable(terminal)
         self._shown: tuple[int, float] | None = None  # stamp, when it came by a steady clock [s]
         self._warnings = RecentWarnings()
+        self.print_ids: list[str] = []
         self._interrupted = False
         node.create_subscription(
             ThicknessProfileMsg, topics.PROFILE, self._on_profile, topics.RESULT_QOS)
@@ -131,6 +133,8 @@ class Monitor:
             self._warn(f'{self.node.get_name()}: {error}')
             return
         self.profiles[profile.stamp_ns] = profile
+        if profile.print_id not in self.print_ids:
+            self.print_ids.append(profile.print_id)
         # When a recording loops there is advice of the round before.
         self.advice.pop(profile.stamp_ns, None)
         self._show(profile.stamp_ns)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from datetime import datetime, timezone
 import math
 
 from bpc_perception.core.arrays import Array
@@ -13,6 +12,7 @@ from bpc_perception.core.path.assembler import PathAssembler
 from bpc_perception.core.path.continuation import goes_on
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
+from bpc_perception.core.path.print_id import print_id_of
 from bpc_perception.core.robot.poses import JITTER_M
 
 
@@ -118,8 +118,7 @@ class PrintTracker:
 
     def start(self, stamp_ns: int) -> str:
         """Start a new print at this time and return its id; a running one is given up."""
-        start = datetime.fromtimestamp(stamp_ns // 10**9, timezone.utc)
-        print_id = f'{start:%Y%m%dT%H%M%S}.{stamp_ns % 10**9 // 10**6:03d}Z'
+        print_id = print_id_of(stamp_ns)
         self.resume(GrowingPath(print_id, stamp_ns), stamp_ns)
         return print_id
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from bpc_perception.cli.parts.monitor import Monitor, monitoring
 from bpc_perception.cli.parts.printer_nodes import printer_nodes
+from bpc_perception.cli.parts.saved_prints import saving
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.display.units import M_PER_MM
 from bpc_perception.messages import topics
@@ -18,6 +19,7 @@ from bpc_sim.cli.parts.simulated_print import (
     announce,
     END_MARGIN_S,
     reasons,
+    saved_print,
     Settings,
     START_DELAY_S,
     write_settings,
@@ -67,8 +69,11 @@ def closed_loop_print(situation: str | None, speed_mm_s: float, seed: int, actua
     return ClosedLoopPrint(config, actuator, capture_rate)
 
 
-def run_closed_loop(plan: ClosedLoopPrint, page: bool, terminal: Terminal) -> None:
+def run_closed_loop(plan: ClosedLoopPrint, prints: Path | None, page: bool,
+                    terminal: Terminal) -> None:
     """Print, correct and measure until the path is complete, or Ctrl-C; say how it went.
+
+    The print is kept in a folder among ``prints``; None = it is not.
 
     Raises:
         ValueError: nodes do not start, or nothing was measured in time.
@@ -78,7 +83,13 @@ def run_closed_loop(plan: ClosedLoopPrint, page: bool, terminal: Terminal) -> No
     with monitoring(terminal) as monitor, tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
-        with printer_nodes(monitor, terminal, page, settings.parameters) as nodes:
+        with (saving(saved_print(prints, settings), monitor, terminal) as look_after_saving,
+              printer_nodes(monitor, terminal, page, settings.parameters) as nodes):
+
+            def check() -> None:
+                nodes.check()
+                look_after_saving()
+
             start_measuring_nodes(nodes, plan, settings, monitor)
             # The print starts when the printer does.
             start_ns = time.time_ns() + round(START_DELAY_S / 2 * 1e9)
@@ -87,7 +98,7 @@ def run_closed_loop(plan: ClosedLoopPrint, page: bool, terminal: Terminal) -> No
             # Do not wait for captures without end: the camera may be lost. The speed may halve.
             timeout = START_DELAY_S + 2 * job.duration + END_MARGIN_S
             complete = monitor.spin_until(lambda: is_complete(print_, monitor), timeout,
-                                          nodes.check)
+                                          check)
             if not complete and not monitor.profiles:
                 raise ValueError(f'expected profiles, found none; {reasons(monitor)}')
             last = list(monitor.profiles.values())[-1]

@@ -9,6 +9,7 @@ import time
 
 from bpc_perception.cli.parts.monitor import monitoring
 from bpc_perception.cli.parts.printer_nodes import printer_nodes
+from bpc_perception.cli.parts.saved_prints import saving
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import AdviceConfig
 from bpc_perception.display.units import M_PER_MM
@@ -17,6 +18,7 @@ from bpc_sim.cli.parts.simulated_print import (
     announce,
     END_MARGIN_S,
     reasons,
+    saved_print,
     Settings,
     START_DELAY_S,
     write_settings,
@@ -58,11 +60,13 @@ def record_open_loop(plan: OpenLoopPrint, bag: Path, terminal: Terminal) -> None
     terminal.files([bag])
 
 
-def run_open_loop(plan: OpenLoopPrint, separate: bool, page: bool, terminal: Terminal) -> None:
+def run_open_loop(plan: OpenLoopPrint, prints: Path | None, separate: bool, page: bool,
+                  terminal: Terminal) -> None:
     """Print and measure until the first result behind the end of the print, or Ctrl-C.
 
     Args:
         plan: what is printed.
+        prints: where its folder is made; None = nowhere.
         separate: whether camera driver and thickness node are processes of their own.
         page: whether to serve the live page.
         terminal: of the command.
@@ -74,14 +78,20 @@ def run_open_loop(plan: OpenLoopPrint, separate: bool, page: bool, terminal: Ter
     with monitoring(terminal, keep=1) as monitor, tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), hand_eye_calibration(job),
                                   node_parameters(job, plan.target))
-        with printer_nodes(monitor, terminal, page, settings.parameters) as nodes:
+        with (saving(saved_print(prints, settings), monitor, terminal) as look_after_saving,
+              printer_nodes(monitor, terminal, page, settings.parameters) as nodes):
+
+            def check() -> None:
+                nodes.check()
+                look_after_saving()
+
             start_ns = time.time_ns() + round(START_DELAY_S * 1e9)
             end_ns = start_ns + round(job.duration * 1e9)
             start_nodes(nodes, plan, settings, separate, start_ns)
             announce(job, plan.config, terminal)
             complete = monitor.spin_until(
                 lambda: any(stamp_ns > end_ns for stamp_ns in monitor.advice),
-                START_DELAY_S + job.duration + END_MARGIN_S + 2 / plan.capture_rate, nodes.check)
+                START_DELAY_S + job.duration + END_MARGIN_S + 2 / plan.capture_rate, check)
             if not complete:
                 raise ValueError('expected a profile after the end of the print, found none; '
                                  f'{reasons(monitor)}')

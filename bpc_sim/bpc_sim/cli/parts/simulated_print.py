@@ -8,6 +8,7 @@ from pathlib import Path
 import yaml
 
 from bpc_perception.cli.parts.monitor import Monitor
+from bpc_perception.cli.parts.saved_prints import SavedPrints
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.display.units import MM_PER_M
 from bpc_sim.config import SimConfig
@@ -37,6 +38,13 @@ def write_settings(folder: Path, hand_eye: dict[str, object],
     settings.hand_eye.write_text(yaml.safe_dump(hand_eye))
     settings.parameters.write_text(yaml.safe_dump(parameters))
     return settings
+
+
+def saved_print(prints: Path | None, settings: Settings) -> SavedPrints | None:
+    """Return what is needed to keep a print in a folder of prints; None = it is not kept."""
+    if prints is None:
+        return None
+    return SavedPrints(prints, settings.hand_eye, settings.parameters)
 
 
 def announce(job: PrintJob, config: SimConfig, terminal: Terminal) -> None:

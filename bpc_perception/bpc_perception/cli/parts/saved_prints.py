@@ -1,0 +1,110 @@
+"""The folder of each print that is measured live: recording, files and report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bpc_perception.cli.parts.monitor import Monitor
+from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.core.config import RecorderConfig
+from bpc_perception.core.parameter import flatten
+from bpc_perception.files.parameter_file import configure
+from bpc_perception.recording.print_folder import print_folder
+from bpc_perception.runtime.child_processes import NodeError, Nodes
+from bpc_perception.runtime.supervisor import Supervisor
+
+PrintsOption = Annotated[Path, typer.Option(
+    '--out', metavar='DIR', help='Folder in which each print gets a folder, named by date and '
+    'time, with recording, profile.csv, summary.json and report.html.')]
+NoSaveOption = Annotated[bool, typer.Option(
+    '--no-save', help='Leave no folder of the print.')]
+END_PATIENCE_S = 30.0  # for the last report, on a busy machine
+
+
+@dataclass(frozen=True)
+class SavedPrints:
+    """What is needed to keep the prints of a command.
+
+    Attributes:
+        folder: in which each print gets a folder.
+        hand_eye: calibration with which is measured.
+        parameters: ROS parameter file of the nodes; None = none.
+        remappings: of topics.
+    """
+
+    folder: Path
+    hand_eye: Path
+    parameters: Path | None = None
+    remappings: Mapping[str, str] | None = None
+
+
+def check_prints(folder: Path) -> None:
+    """Raise ValueError unless there can be a folder of this name."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise ValueError(f'{folder}: expected a folder for the prints, '
+                         f'found that {existing} is a file')
+
+
+def recorder_settings(hand_eye: Path | None, parameters: Path | None) -> dict[str, Any]:
+    """Return the parameters of a bag recorder that keeps these files with its recordings.
+
+    Raises what ``configure`` raises.
+    """
+    pose = configure(RecorderConfig(), 'path_recorder', parameters).pose
+    return {'hand_eye_file': str(hand_eye or ''), 'parameter_file': str(parameters or ''),
+            **{f'pose.{name}': value for name, _, value in flatten(pose)}}
+
+
+@contextmanager
+def saving(saved: SavedPrints | None, monitor: Monitor,
+           terminal: Terminal) -> Iterator[Callable[[], None]]:
+    """Record each print and write its results while the block runs; say where they are.
+
+    Give the block a function that looks after the nodes which do so: a print goes on without
+    them.
+
+    Args:
+        saved: what to keep; None = nothing.
+        monitor: knows which prints there were.
+        terminal: of the command.
+    """
+    if saved is None:
+        yield lambda: None
+        return
+    with Nodes(saved.parameters, remappings=saved.remappings,
+               end_patience=END_PATIENCE_S) as nodes:
+        nodes.start('bpc_perception.nodes.bag_recorder', prints=str(saved.folder.absolute()),
+                    **recorder_settings(saved.hand_eye.absolute(), saved.parameters))
+        nodes.start('bpc_perception.nodes.results_writer', prints=str(saved.folder.absolute()),
+                    hand_eye_file=str(saved.hand_eye),
+                    parameter_file=str(saved.parameters or ''))
+        keeper = _Keeper(Supervisor(nodes, monitor.node), terminal)
+        yield keeper.check
+    for print_id in monitor.print_ids:
+        folder = print_folder(saved.folder, print_id)
+        if folder.is_dir():
+            terminal.files(path for path in sorted(folder.iterdir())
+                           if not path.name.startswith('.'))
+
+
+@dataclass
+class _Keeper:
+    """Supervises nodes whose end for good is a warning."""
+
+    supervisor: Supervisor | None
+    terminal: Terminal
+
+    def check(self) -> None:
+        try:
+            if self.supervisor is not None:
+                self.supervisor.check()
+        except NodeError as error:
+            self.supervisor = None
+            self.terminal.warn(f'the print is not saved any more: {error}')

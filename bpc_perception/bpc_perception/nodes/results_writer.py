@@ -1,0 +1,183 @@
+"""The results writer: keeps files and report of each print that is measured, while it grows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rcl_interfaces.msg import ParameterEvent
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import parameter_value_to_python
+from rclpy.qos import qos_profile_parameter_events, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image
+
+from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import PinholeCamera
+from bpc_perception.core.config import RecorderConfig, ResultsWriterConfig, ThicknessConfig
+from bpc_perception.core.parameter import ConfigError, flatten, replace_flat
+from bpc_perception.core.robot.poses import PoseBuffer
+from bpc_perception.core.session import Result
+from bpc_perception.files.hand_eye_file import load_hand_eye
+from bpc_perception.files.parameter_file import configure
+from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_from_message
+from bpc_perception.messages.capture import camera_from_info, image_to_rgb
+from bpc_perception.messages.profile import profile_from_message
+from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
+from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.recording.print_folder import RECORDING
+from bpc_perception.report.live_results import LiveResults, seen
+from bpc_perception.report.provenance import live_provenance
+from bpc_perception.runtime.clock import steady_clock
+from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.process import limit_cpu_use
+from bpc_perception.runtime.run import run
+
+# Images that may wait for their profile, and meanwhile for a report that is being written.
+WAITING_IMAGES = 20
+UNDER_WAY_S = 0.5  # the last results, when the writer is to end
+IMAGE_QOS = QoSProfile(depth=WAITING_IMAGES, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class ResultsWriterNode(Node):
+    """Writes profile.csv, summary.json and report.html; see docs/reference/nodes."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('results_writer', **kwargs)
+        self._config = config = NodeConfig(self, ResultsWriterConfig()).value
+        limit_cpu_use(config.process, self.get_logger())
+        self._hand_eye = load_hand_eye(config.hand_eye_file)
+        file = config.parameter_file or None
+        self._thickness = configure(ThicknessConfig(), 'thickness', file)
+        self._recorder = configure(RecorderConfig(), 'path_recorder', file)
+        self._results = LiveResults(Path(config.prints))
+        self._written = -np.inf  # when files were written last [s], steady
+        self._images: dict[int, NDArray[np.uint8]] = {}  # by stamp [ns]
+        self._advice: dict[int, RateAdvice] = {}
+        self._profiles: dict[int, ThicknessProfile] = {}
+        self._camera: PinholeCamera | None = None
+        self._poses = PoseBuffer()
+        self._diagnostics = Diagnostics(self)
+        self.create_subscription(Image, topics.IMAGE, self._on_image, IMAGE_QOS)
+        self.create_subscription(CameraInfo, topics.CAMERA_INFO, self._on_info,
+                                 topics.CAMERA_INFO_QOS)
+        self.create_subscription(ThicknessProfile, topics.PROFILE, self._on_profile,
+                                 topics.RESULT_QOS)
+        self.create_subscription(RateAdvice, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
+        self.create_subscription(ParameterEvent, '/parameter_events', self._on_parameters,
+                                 qos_profile_parameter_events)
+        if not self._hand_eye.on_base:
+            thickness = self._thickness
+            subscribe_poses(self, thickness.pose, thickness.base_frame,
+                            thickness.watch.maximum_lead, self._diagnostics, self._on_pose)
+        self.create_timer(config.period / 10, self._write_in_time, clock=steady_clock())
+
+    def _on_image(self, message: Image) -> None:
+        try:
+            self._images[stamp_to_ns(message.header.stamp)] = image_to_rgb(message)
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+        while len(self._images) > WAITING_IMAGES:
+            del self._images[next(iter(self._images))]
+        self._take()
+
+    def _on_info(self, message: CameraInfo) -> None:
+        try:
+            self._camera = camera_from_info(message)
+        except ConversionError as error:
+            self._diagnostics.refuse(error)
+
+    def _on_profile(self, message: ThicknessProfile) -> None:
+        self._profiles[stamp_to_ns(message.header.stamp)] = message
+        self._take()
+
+    def _on_advice(self, message: RateAdvice) -> None:
+        self._advice[stamp_to_ns(message.header.stamp)] = message
+        self._take()
+
+    def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        self._poses.add(stamp_ns, T_base_flange)
+
+    def _on_parameters(self, message: ParameterEvent) -> None:
+        """Follow what the thickness node is told while it runs."""
+        if message.node.rpartition('/')[2] != 'thickness':
+            return
+        known = {name for name, _, _ in flatten(self._thickness)}
+        values = {parameter.name: parameter_value_to_python(parameter.value)
+                  for parameter in (*message.new_parameters, *message.changed_parameters)
+                  if parameter.name in known}
+        current = {name: value for name, _, value in flatten(self._thickness)}
+        try:
+            self._thickness = replace_flat(self._thickness, current | values)
+        except ConfigError as error:
+            self._diagnostics.refuse(error)
+
+    def _take(self) -> None:
+        """Take the results whose profile, advice and image have come."""
+        for stamp_ns in sorted(self._profiles.keys() & self._advice.keys() & self._images.keys()):
+            if self._camera is None:
+                return
+            try:
+                self._add(stamp_ns, self._camera)
+            except ValueError as error:  # also what does not convert
+                self._diagnostics.refuse(error)
+            for waiting in (self._profiles, self._advice, self._images):
+                for older in [each for each in waiting if each <= stamp_ns]:
+                    del waiting[older]
+
+    def _add(self, stamp_ns: int, camera: PinholeCamera) -> None:
+        profile = profile_from_message(self._profiles[stamp_ns])
+        advice = advice_from_message(self._advice[stamp_ns])
+        if self._results.begins_with(profile.print_id):
+            self.write()  # what is left of the print before
+        capture = seen(stamp_ns, self._images[stamp_ns], camera)
+        self._results.add(profile, Result(
+            capture, self._camera_pose(stamp_ns), profile, advice,
+            warning=profile.off_path(self._thickness.maximum_offset)))
+        self._diagnostics.count('results')
+
+    def _camera_pose(self, stamp_ns: int) -> Array | None:
+        if self._hand_eye.on_base:
+            return self._hand_eye.T_parent_camera
+        T_base_flange = self._poses.at(stamp_ns, self._thickness.maximum_pose_gap)
+        return None if T_base_flange is None else T_base_flange @ self._hand_eye.T_parent_camera
+
+    def _write_in_time(self) -> None:
+        if time.monotonic() - self._written > self._config.period:
+            self.write()
+
+    def write(self) -> None:
+        """Write what is new; what was written before stays if that fails."""
+        if not self._results.changed:
+            return
+        try:
+            self._results.write(live_provenance(
+                self._results.folder / RECORDING, Path(self._config.hand_eye_file),
+                self._thickness, self._recorder))
+            self._diagnostics.count('times written')
+        except (OSError, ValueError) as error:
+            self._diagnostics.refuse(f'results: expected to write {self._results.folder}, '
+                                     f'found: {error}')
+        self._written = time.monotonic()
+
+    def finish(self) -> None:
+        """Take what is still under way, and write it."""
+        end = time.monotonic() + UNDER_WAY_S
+        while time.monotonic() < end:
+            rclpy.spin_once(self, timeout_sec=UNDER_WAY_S / 10)
+        self.write()
+
+
+def main() -> None:
+    """Run the node."""
+    run(ResultsWriterNode, large_messages=True, on_purpose=ResultsWriterNode.finish)
+
+
+if __name__ == '__main__':
+    main()

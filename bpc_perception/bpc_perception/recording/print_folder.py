@@ -1,0 +1,34 @@
+"""The folder of a print that was measured live."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from bpc_perception.core.path.print_id import start_of
+
+PRINTS = Path('prints')  # where the folders are unless told otherwise
+RECORDING = 'recording'  # in the folder of a print
+
+
+def print_folder(prints: Path, print_id: str) -> Path:
+    """Return the folder of a print: the local time of its start, to the millisecond.
+
+    All who write into it find it from the print alone. Of an identifier by somebody else, which
+    has no time, it has the letters that a file name may have.
+    """
+    start = start_of(print_id)
+    if start is None:
+        return prints / ''.join(letter if letter.isalnum() or letter in '-_.' else '_'
+                                for letter in print_id.lstrip('.'))
+    local = datetime.astimezone(start)
+    return prints / f'{local:%Y-%m-%d_%H-%M-%S}.{local.microsecond // 1000:03d}'
+
+
+def free_recording(folder: Path) -> Path:
+    """Return where a recording in the folder of a print can begin: after a crash there is one."""
+    number, place = 1, folder / RECORDING
+    while place.exists():
+        number += 1
+        place = folder / f'{RECORDING}_{number}'
+    return place

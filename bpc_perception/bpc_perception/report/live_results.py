@@ -1,0 +1,62 @@
+"""The results of prints while they are measured live, each in the folder of its print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.session import Result
+from bpc_perception.recording.print_folder import print_folder
+from bpc_perception.report.outputs import write_outputs
+from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.provenance import Provenance
+
+
+def seen(stamp_ns: int, image: NDArray[np.uint8], camera: PinholeCamera) -> Capture:
+    """Return a capture of an image (H, W, 3) alone: its cloud has no points, and no memory."""
+    cloud = np.broadcast_to(np.float32(np.nan), image.shape)
+    return Capture(stamp_ns, '', image, cloud, camera)
+
+
+class LiveResults:
+    """Takes profile and advice of each capture, and writes what is known of the newest print.
+
+    Attributes:
+        print_id: of the newest print; empty = none was measured.
+        changed: whether there is something that is not written yet.
+    """
+
+    def __init__(self, prints: Path) -> None:
+        self._prints = prints
+        self._log = PrintLog()
+        self.print_id = ''
+        self.changed = False
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the newest print."""
+        return print_folder(self._prints, self.print_id)
+
+    def begins_with(self, print_id: str) -> bool:
+        """Return whether this is another print than the newest one."""
+        return print_id != self.print_id
+
+    def add(self, profile: ThicknessProfile, result: Result) -> None:
+        """Take a result with its profile; begin anew if it is of another print."""
+        if self.begins_with(profile.print_id):
+            self._log, self.print_id = PrintLog(), profile.print_id
+        self._log.add(result)
+        self.changed = True
+
+    def write(self, provenance: Provenance) -> list[Path]:
+        """Write profile.csv, summary.json and report.html; return their paths.
+
+        Raises OSError. What was written before is still there then.
+        """
+        files = write_outputs(self.folder, self._log, provenance)
+        self.changed = False
+        return files
