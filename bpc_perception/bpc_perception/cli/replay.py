@@ -152,6 +152,7 @@ def start_measuring_nodes(nodes: Nodes, playback: Playback) -> None:
     nodes.start_measuring(
         {'back_end': 'bag', 'bag': playback.player.bag},
         {'patience': CAPTURE_PATIENCE_S, 'hand_eye_file': str(playback.recording.hand_eye_file),
+         'advice.target_file': playback.recording.thickness.advice.target_file,
          **INPUT_PARAMETERS},
         playback.separate)
 

@@ -161,7 +161,8 @@ class ThicknessProfile:
             self.stroke, self.arc_length, self.time, inked=status == Status.MEASURED,
             bare=status == Status.GAP, ooze=status == Status.OOZE,
             doubtful=((status == Status.LOW_CONFIDENCE)
-                      | ((status == Status.NO_DATA) & (self.stroke == 0))))
+                      | ((status == Status.NO_DATA) & (self.stroke == 0))),
+            captured=(self.stamp_ns - self.print_start_ns) * 1e-9)
 
     @cached_property
     def summary(self) -> Summary:

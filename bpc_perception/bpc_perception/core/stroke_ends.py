@@ -50,6 +50,7 @@ class StrokeSamples:
         bare: (N,) whether bed is seen where ink was commanded.
         ooze: (N,) whether ink is seen on travel.
         doubtful: (N,) whether something is seen that is neither surely.
+        captured: when they were seen [s].
     """
 
     stroke: Index
@@ -59,6 +60,7 @@ class StrokeSamples:
     bare: Flags
     ooze: Flags
     doubtful: Flags
+    captured: float
 
     def find(self) -> Strokes:
         """Find where ink began and ended in each stroke."""
@@ -109,7 +111,7 @@ class StrokeSamples:
         return late
 
     def early(self) -> Flags:
-        """Return where (N,) bed is bare since the ink of a stroke had stopped already."""
+        """Return where (N,) bed is bare since ink had stopped already, or was still to come."""
         last = self._lasts
         early = np.zeros(len(self.stroke), bool)
         # From behind the last sample of the stroke that is anything else.
@@ -118,7 +120,10 @@ class StrokeSamples:
         for one, two in zip(before + 1, last + 1, strict=True):
             # In a stroke without any ink it is missing.
             inked = one > 0 and self.stroke[one - 1] == self.stroke[two - 1]
-            early[one:two] = inked and one < two and bool(self._is_short(one, two - 1))
+            early[one:two] = inked and one < two and (
+                bool(self._is_short(one, two - 1))
+                # The camera may have looked before, or the ink come later.
+                or self.captured - self.time[one] <= ALLOWED_LAG_S)
         return early
 
     def running_on(self) -> Flags:

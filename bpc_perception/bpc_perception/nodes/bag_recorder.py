@@ -20,7 +20,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import print_id_in
 from bpc_perception.recording.bag_writer import BagWriter, begin_recording
-from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
+from bpc_perception.recording.inputs import kept_beside
 from bpc_perception.recording.print_bags import PrintBags
 from bpc_perception.runtime.clock import steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
@@ -55,8 +55,7 @@ class BagRecorderNode(Node):
                  **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
         self._config = config = NodeConfig(self, BagRecorderConfig()).value
-        beside = {name: Path(file).read_bytes() for name, file in (
-            (HAND_EYE, config.hand_eye_file), (PARAMETERS, config.parameter_file)) if file}
+        beside = kept_beside(config.hand_eye_file, config.parameter_file)
         self.failure = ''
         self._on_progress = on_progress
         self._diagnostics = Diagnostics(self)

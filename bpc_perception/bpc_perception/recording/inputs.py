@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bpc_perception.core.advice.targets import WidthTargets
@@ -13,7 +13,7 @@ from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.bag import Bag
 
 # Files of these names in the folder of a recording belong to it.
-HAND_EYE, PARAMETERS = 'hand_eye.calib', 'params.yaml'
+HAND_EYE, PARAMETERS, TARGETS = 'hand_eye.calib', 'params.yaml', 'targets.csv'
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,18 @@ class Inputs:
     def targets(self) -> WidthTargets | None:
         """The target thickness along the path; None = no target."""
         return targets_of(self.thickness.advice)
+
+
+def kept_beside(hand_eye: str, parameters: str) -> dict[str, bytes]:
+    """Return the files that are kept with a recording, by name there.
+
+    Of files of the user, empty = none. With the parameters goes the table that they name as
+    ``advice.target_file``. Raises OSError, and what ``configure`` raises.
+    """
+    files = {HAND_EYE: hand_eye, PARAMETERS: parameters,
+             TARGETS: configure(ThicknessConfig(), 'thickness',
+                                parameters or None).advice.target_file}
+    return {name: Path(file).read_bytes() for name, file in files.items() if file}
 
 
 def targets_of(advice: AdviceConfig) -> WidthTargets | None:
@@ -53,8 +65,13 @@ def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
                          'found neither')
     if not hand_eye.exists():
         raise ValueError(f'hand-eye calibration: expected {hand_eye}, found nothing there')
+    targets = folder / TARGETS
     if parameters is None and (folder / PARAMETERS).exists():
         parameters = folder / PARAMETERS
+    elif parameters is not None:
+        targets = Path()  # those of other parameters
+    thickness = configure(ThicknessConfig(), 'thickness', parameters)
+    if targets.is_file():  # the table may have been moved or changed since
+        thickness = replace(thickness, advice=replace(thickness.advice, target_file=str(targets)))
     return Inputs(opened, hand_eye, load_hand_eye(hand_eye), parameters,
-                  configure(ThicknessConfig(), 'thickness', parameters),
-                  configure(RecorderConfig(), 'path_recorder', parameters))
+                  thickness, configure(RecorderConfig(), 'path_recorder', parameters))

@@ -70,15 +70,15 @@ class PrintBags:
 
     def write(self, topic: str, log_ns: int, message: bytes) -> None:
         """Append a serialized message, received at a time [ns]; or remember it. Raises OSError."""
-        entry = log_ns, topic, message
-        self._remember(entry)
-        if self._bag is None or (self._ended_ns is not None
-                                 and log_ns - self._ended_ns > AFTER_NS):
-            self._behind = True
-            return
-        for each in self._remembered() if self._behind else [entry]:
-            self._bag.write(each[1], each[0], each[2])
-        self._behind, self._written_ns = False, log_ns
+        over = self._ended_ns is not None and log_ns - self._ended_ns > AFTER_NS
+        if self._bag is not None and not over:
+            if self._behind:
+                for each in self._remembered():
+                    self._bag.write(each[1], each[0], each[2])
+            self._bag.write(topic, log_ns, message)
+            self._written_ns = log_ns
+        self._behind = self._bag is None or over
+        self._remember((log_ns, topic, message))
 
     @property
     def written(self) -> tuple[dict[str, int], int]:

@@ -19,8 +19,9 @@ def print_folder(prints: Path, print_id: str) -> Path:
     """
     start = start_of(print_id)
     if start is None:
-        return prints / ''.join(letter if letter.isalnum() or letter in '-_.' else '_'
-                                for letter in print_id.lstrip('.'))
+        name = ''.join(letter if letter.isalnum() or letter in '-_.' else '_'
+                       for letter in print_id.lstrip('.'))
+        return prints / (name or '_')
     local = datetime.astimezone(start)
     return prints / f'{local:%Y-%m-%d_%H-%M-%S}.{local.microsecond // 1000:03d}'
 

@@ -15,7 +15,7 @@ from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
 from bpc_perception.core.stroke_ends import Strokes
-from bpc_perception.display.units import MM_PER_M, NS_PER_S
+from bpc_perception.display.units import MM_PER_M, NS_PER_S, UL_PER_M3
 
 
 def result_entry(result: Result) -> dict[str, Any]:
@@ -71,6 +71,8 @@ def advice_entry(advice: RateAdvice) -> dict[str, Any]:
         'delivery': advice.delivery,
         'delivery_sigma': advice.delivery_sigma,
         'lag_s': advice.lag,
+        'flow_rate_in_force_ul_per_s': advice.flow_rate_in_force * UL_PER_M3,
+        'speed_in_force_mm_per_s': advice.speed_in_force * MM_PER_M,
         'window_start_mm': advice.window[0] * MM_PER_M,
         'window_end_mm': advice.window[1] * MM_PER_M,
         'sample_count': advice.sample_count,

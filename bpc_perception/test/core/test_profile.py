@@ -73,6 +73,15 @@ def test_ink_may_stop_a_little_early(bare: int, speed: float, count: int) -> Non
     assert profile.strokes.lag[0, 1] == pytest.approx(-(bare - 0.5) * 1e-3)
 
 
+@pytest.mark.parametrize(('delay', 'count'), [(0.05, 0), (0.15, 1)])
+def test_what_was_passed_shortly_before_the_capture_is_no_gap_yet(delay: float,
+                                                                  count: int) -> None:
+    """The camera may have looked before, or the ink come later: 5 mm in 0.4 s."""
+    profile = profile_of([NAN] * 9, [M] * 4 + [GAP] * 5, speed=0.01, delay=delay)
+    assert len(profile.gaps) == count
+    assert profile.summary.coverage == 1
+
+
 def test_a_stroke_without_any_ink_is_a_gap() -> None:
     both = profile_of([NAN] * 6, [GAP, GAP, GAP, M, M, M])
     profile = replace(both, stroke=np.array([1, 1, 1, 2, 2, 2]))

@@ -9,8 +9,14 @@ from message_builders import assert_same, NAN, refused, STAMP_NS
 import numpy as np
 from perception_builders import path_through
 import pytest
+from rclpy.serialization import serialize_message
 
-from bpc_perception.messages.path import path_from_message, path_to_message, path_to_nav
+from bpc_perception.messages.path import (
+    path_from_message,
+    path_to_message,
+    path_to_nav,
+    print_id_in,
+)
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 
 pytestmark = pytest.mark.ros
@@ -75,3 +81,10 @@ def test_a_path_for_viewers_has_places_and_times() -> None:
     assert [position.x, position.y, position.z] == PATH.points[4].tolist()
     assert stamp_to_ns(message.poses[4].header.stamp) == pytest.approx(
         STAMP_NS + PATH.time[4] * 1e9, abs=1)
+
+
+@pytest.mark.parametrize('frame', ['', 'b', 'base', 'lbr_link_0', 'a frame with a longer name'])
+@pytest.mark.parametrize('print_id', ['', '20260711T122333.088Z', 'ink ü'])
+def test_the_print_is_found_without_unpacking_the_path(frame: str, print_id: str) -> None:
+    data = serialize_message(path_to_message(replace(PATH, print_id=print_id), frame))
+    assert print_id_in(data) == print_id

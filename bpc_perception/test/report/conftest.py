@@ -36,7 +36,8 @@ def advice(profile):
         target_thickness=2.5 * MM, measured_thickness=3 * MM, window=(0.0, 3 * MM),
         sample_count=2, flow_rate_scale=0.7, speed_scale=1.4, confidence=0.5,
         measurement_age=8.5, valid_until_ns=profile.stamp_ns + 5 * 10**9,
-        expected_thickness=2.75 * MM, delivery=1.2, delivery_sigma=0.1, lag=0.5)
+        expected_thickness=2.75 * MM, delivery=1.2, delivery_sigma=0.1, lag=0.5,
+        flow_rate=0.7 * 5e-9, speed=1.4 * 3 * MM)
 
 
 @pytest.fixture

@@ -49,7 +49,8 @@ def test_summary(tmp_path, log, provenance):
         'valid': True, 'reason': 'OVER_EXTRUSION', 'flow_rate_scale': 0.7, 'speed_scale': 1.4,
         'target_thickness_mm': 2.5, 'measured_thickness_mm': 3.0,
         'expected_thickness_mm': 2.75, 'delivery': 1.2, 'delivery_sigma': 0.1, 'lag_s': 0.5,
-        'window_start_mm': 0.0,
+        'flow_rate_in_force_ul_per_s': pytest.approx(5.0),
+        'speed_in_force_mm_per_s': pytest.approx(3.0), 'window_start_mm': 0.0,
         'window_end_mm': 3.0, 'sample_count': 2, 'confidence': 0.5, 'measurement_age_s': 8.5,
         'valid_until_s': 1_700_000_015.1234567, 'valid_until_ns': START_NS + 15 * 10**9}
 

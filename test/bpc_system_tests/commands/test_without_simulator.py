@@ -42,8 +42,9 @@ def test_it_replays(short_bag: Path, tmp_path: Path) -> None:
 
 
 def test_it_runs_live() -> None:
-    with own_domain(), running('live', '--handeye', SAMPLE / 'hand_eye.calib',
-                               '--params', SAMPLE / 'params.yaml') as process:
+    with own_domain(), running('live', '--no-save', '--handeye',
+                               SAMPLE / 'hand_eye.calib', '--params',
+                               SAMPLE / 'params.yaml') as process:
         assert process.stdout is not None
         assert 'Waiting for captures' in process.stdout.readline()
 

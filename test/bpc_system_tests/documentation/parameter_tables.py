@@ -13,6 +13,7 @@ from bpc_perception.core.config import (
     PageConfig,
     PlayerConfig,
     RecorderConfig,
+    ResultsWriterConfig,
     ThicknessConfig,
     ZividConfig,
 )
@@ -29,6 +30,7 @@ TABLES: dict[str, dict[str, type[Config]]] = {
     'thickness': {'thickness': ThicknessConfig},
     'bag_player': {'bag_player': PlayerConfig},
     'bag_recorder': {'bag_recorder': BagRecorderConfig},
+    'results_writer': {'results_writer': ResultsWriterConfig},
     'page': {'page': PageConfig},
     'simulator': {'print_controller': ControllerConfig, 'synthetic printer': SimConfig},
 }

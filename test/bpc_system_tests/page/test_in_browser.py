@@ -183,7 +183,7 @@ def test_a_page_that_was_restarted_is_found_again(page: PageUnderTest) -> None:
 
 def test_it_acts_on_a_live_print(browser: Chrome, ros_domain: int) -> None:
     assert ros_domain
-    with running('live', '--page', '--handeye', SAMPLE / 'hand_eye.calib',
+    with running('live', '--page', '--no-save', '--handeye', SAMPLE / 'hand_eye.calib',
                  '--params', SAMPLE / 'params.yaml') as live:
         assert live.stdout is not None
         address = next(found[0] for line in live.stdout

@@ -19,7 +19,8 @@ REPORT = re.compile(r'Off the target by ([\d.]+) % .* says ([\d.]+) %, and ([\d.
 @pytest.mark.usefixtures('ros_domain')
 def test_live_as_offline() -> None:
     ended = subprocess.run(
-        command('sim', '--closed-loop', '--scenario', 'under_delivery', '--speed', 6),
+        command('sim', '--closed-loop', '--scenario', 'under_delivery', '--speed', 6,
+                '--no-save'),
         stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert (ended.returncode, ended.stderr) == (0, ''), ended.stderr
     found = REPORT.search(ended.stdout)

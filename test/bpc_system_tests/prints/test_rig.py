@@ -35,12 +35,7 @@ from bpc_sim.doubles import rig as doubles
 from bpc_sim.doubles.extruder import TicDouble, Wire
 from bpc_sim.printer.print_job import SYRINGE_BORE_M
 from bpc_sim.printer.scenarios import SCENARIOS
-from bpc_system_tests.parts.command_line import (
-    command,
-    PATIENCE_S,
-    run,
-    running as running_command,
-)
+from bpc_system_tests.parts.command_line import command, run
 from bpc_system_tests.parts.lbr_messages import lbr_messages
 from bpc_system_tests.parts.print_comparison import (
     compare,
@@ -69,8 +64,7 @@ class Running:
     nodes: Nodes
     wire: Wire
     plug: Path
-    recorder: subprocess.Popen[str]
-    recording: Path
+    prints: Path
 
 
 def cell(folder: Path) -> list[object]:
@@ -84,7 +78,7 @@ def cell(folder: Path) -> list[object]:
 def bpc_live(folder: Path) -> Iterator[None]:
     """Run ``bpc live`` with the settings in a folder during the block; it has to end well."""
     live = subprocess.Popen(
-        command('live', *cell(folder)),
+        command('live', *cell(folder), '--out', folder / 'prints'),
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield
@@ -152,12 +146,12 @@ def running(request: pytest.FixtureRequest,
         'PYTHONPATH', os.environ.get('PYTHONPATH', ''))))
     with own_domain() as domain, listening(domain) as listener, environment(**variables), \
             Wire(TicDouble(motion), folder / 'ttyACM0', lines=False) as wire, \
-            Nodes(folder / 'cell.yaml', remappings=REMAPPINGS) as nodes, bpc_live(folder), \
-            running_command('record', '--out', folder / 'print', *cell(folder)) as recorder:
+            Nodes(folder / 'cell.yaml', remappings=REMAPPINGS) as nodes, bpc_live(folder):
         nodes.start('bpc_perception.nodes.extruder_bridge')
-        expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge', 'bag_recorder')
+        expect(listener, nodes, 'thickness', 'path_recorder', 'extruder_bridge', 'bag_recorder',
+               'results_writer')
         start_ns = start_arm_and_camera(listener, nodes)
-        yield Running(rig, start_ns, listener, nodes, wire, plug, recorder, folder / 'print')
+        yield Running(rig, start_ns, listener, nodes, wire, plug, folder / 'prints')
 
 
 def start_arm_and_camera(listener: Listener, nodes: Nodes) -> int:
@@ -222,15 +216,15 @@ def test_the_print_is_measured_as_it_is(running: Running) -> None:
 
 
 def test_its_recording_is_measured_without_further_files(running: Running) -> None:
-    """The recording contains poses of this robot, calibration and parameters."""
-    running.recorder.send_signal(signal.SIGINT)
-    _, complaints = running.recorder.communicate(timeout=PATIENCE_S)
-    assert running.recorder.returncode == 0
-    assert 'expected' not in complaints
-    out = running.recording.with_name('results')
-    ended = run('measure', running.recording, '--out', out)
+    """The recording contains poses of this robot, calibration and parameters.
+
+    It is measured while it is still written.
+    """
+    recording, = running.prints.glob('*/recording')
+    out = running.prints / 'results'
+    ended = run('measure', recording, '--out', out)
     assert ended.returncode == 0, ended.stderr
-    # The recorder may have ended between the topics of a capture.
+    # The topics of the newest capture may not all be there.
     assert all('of one stamp' in line for line in ended.stderr.splitlines()), ended.stderr
     table = np.genfromtxt(out / 'profile.csv', delimiter=',', names=True, dtype=None,
                           encoding='utf-8')

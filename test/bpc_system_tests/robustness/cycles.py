@@ -70,8 +70,9 @@ def commands(folder: Path) -> list[list[str]]:
         'nozzle_offset': [0.0, 0.0, 0.15]}}}))
     bpc = [sys.executable, '-m', 'bpc_perception']
     return [
-        [*bpc, 'sim', '--rate', '2', '--separate'],
-        [*bpc, 'live', '--handeye', str(SAMPLE / 'hand_eye.calib'), '--params', str(settings)],
+        [*bpc, 'sim', '--rate', '2', '--separate', '--out', str(folder / 'simulated')],
+        [*bpc, 'live', '--handeye', str(SAMPLE / 'hand_eye.calib'), '--params', str(settings),
+         '--out', str(folder / 'prints')],
         [*bpc, 'record', '--out', str(folder / 'recorded')]]
 
 
@@ -147,9 +148,9 @@ def left_in_folder(folder: Path, order: signal.Signals, killed: bool) -> list[st
         return left
     left += [f'{file.relative_to(folder)} ({order.name})' for part in ('tmp', 'logs')
              for file in (folder / part).rglob('*')]
-    recorded = folder / 'recorded'
-    if recorded.exists() and not (recorded / 'metadata.yaml').exists():
-        left.append('a recording without metadata.yaml')
+    recordings = [folder / 'recorded', *folder.glob('*/*/recording*')]
+    left += [f'{recording.relative_to(folder)} without metadata.yaml' for recording in recordings
+             if recording.exists() and not (recording / 'metadata.yaml').exists()]
     return left
 
 

@@ -39,7 +39,8 @@ SUPERVISED = ('thickness', 'path_recorder')  # killed in turn
 def live(folder: Path, settings: SettingsFiles) -> Iterator[None]:
     """Run ``bpc live`` during the block."""
     with (folder / 'live.log').open('w') as log, subprocess.Popen(
-            command('live', '--handeye', settings.hand_eye, '--params', settings.parameters),
+            command('live', '--handeye', settings.hand_eye, '--params', settings.parameters,
+                    '--out', folder / 'prints'),
             stdin=subprocess.DEVNULL, stdout=log, stderr=log,
             env=os.environ | {'XDG_STATE_HOME': str(folder)}) as process:
         try:

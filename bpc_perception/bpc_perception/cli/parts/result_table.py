@@ -12,8 +12,9 @@ from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_a_line
 from bpc_perception.report.entries import advice_entry, profile_entry, result_entry
 
-HEADER = ('capture', 'path mm', 'known', 'thickness mm', 'gaps', 'advice')
-COLUMN_WIDTHS = (7, 8, 6, 15, 14, 0)  # letters
+# What was changed since the first advice of the print, as far as it is heard, is under "printer".
+HEADER = ('capture', 'path mm', 'known', 'thickness mm', 'gaps', 'printer', 'advice')
+COLUMN_WIDTHS = (7, 7, 5, 13, 10, 25, 0)  # letters
 
 
 class ResultTable:
@@ -23,11 +24,12 @@ class ResultTable:
         self._terminal = terminal
         self._headed = False
         self._print_id = ''
+        self._first: dict[str, float] = {}  # rates in force, of the print
 
     def add(self, result: Result) -> None:
         """Show what came of a capture."""
         if result.profile is None or result.advice is None:
-            self._emit(('-', '', '', '', '', f'refused: {result.refusal}'),
+            self._emit(('-', '', '', '', '', '', f'refused: {result.refusal}'),
                        **result_entry(result))
             return
         self.add_profile(result.profile, result.advice)
@@ -36,6 +38,7 @@ class ResultTable:
         """Show a profile and the advice that came of it; say where another print begins."""
         if self._print_id and profile.print_id != self._print_id:
             self._terminal.say(f'print {profile.print_id}')
+            self._first.clear()
         self._print_id = profile.print_id
         summary = profile.summary
         length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
@@ -44,8 +47,16 @@ class ResultTable:
                      f'{summary.thickness_std * MM_PER_M:.3f}')
         gaps = f'{summary.gap_count} ({summary.gap_length * MM_PER_M:.1f} mm)'
         self._emit((str(profile.capture), f'{length_mm:.1f}', f'{summary.coverage:.0%}', thickness,
-                    gaps, advice_in_a_line(advice)),
+                    gaps, self._changed(advice), advice_in_a_line(advice)),
                    **profile_entry(profile), advice=advice_entry(advice))
+
+    def _changed(self, advice: RateAdvice) -> str:
+        """Return the rates in force, relative to the first of the print that are known."""
+        rates = {'flow': advice.flow_rate_in_force, 'speed': advice.speed_in_force}
+        known = {name: rate for name, rate in rates.items() if rate > 0}
+        self._first = known | self._first
+        return ', '.join(f'{name} x {rate / self._first[name]:.2f}'
+                         for name, rate in known.items())
 
     def _emit(self, cells: tuple[str, ...], **values: object) -> None:
         if not self._headed:

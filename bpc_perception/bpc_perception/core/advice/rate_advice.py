@@ -73,3 +73,13 @@ class RateAdvice:
     flow_rate: float = np.nan
     plunger_velocity: float = np.nan
     speed: float = np.nan
+
+    @property
+    def flow_rate_in_force(self) -> float:
+        """The flow rate commanded at the stamp, on which the factor is [m^3/s]; NaN = unknown."""
+        return self.flow_rate / self.flow_rate_scale
+
+    @property
+    def speed_in_force(self) -> float:
+        """The speed of the nozzle then [m/s]; NaN = unknown."""
+        return self.speed / self.speed_scale
