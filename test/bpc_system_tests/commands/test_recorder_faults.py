@@ -91,8 +91,9 @@ def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int
     monkeypatch.setattr(bag_recorder, 'MISSING_INPUT_PATIENCE_S', 0.3)
     graph = Graph(ros_domain)
     try:
-        recorder = graph.make(BagRecorderNode, None, {'params.yaml': b'{}'},
-                              bag=str(tmp_path / 'bag'))
+        (tmp_path / 'cell.yaml').write_text('{}')
+        recorder = graph.make(BagRecorderNode, bag=str(tmp_path / 'bag'),
+                              parameter_file=str(tmp_path / 'cell.yaml'))
         peer = graph.make(Node, 'peer')
         images = peer.create_publisher(Image, topics.IMAGE, topics.CAMERA_QOS)
         states = peer.create_publisher(ExtrusionState, topics.EXTRUSION, topics.EXTRUSION_QOS)
