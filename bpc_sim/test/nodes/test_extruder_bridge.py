@@ -23,6 +23,7 @@ from std_msgs.msg import Bool
 
 from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.messages import topics
+from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.nodes.extruder_bridge import ExtruderBridgeNode
 
 pytestmark = pytest.mark.ros
@@ -84,13 +85,14 @@ def test_states_are_those_of_the_device(graph: Graph, wire: Wire) -> None:
         assert state.flow_rate == pytest.approx(FLOW)
         assert state.error_status == 0
         assert not state.position_uncertain
-    stamps = np.array([state.header.stamp.sec + state.header.stamp.nanosec * 1e-9
-                       for state in states])
+    stamps_ns = [stamp_to_ns(state.header.stamp) for state in states]
+    stamps = (np.array(stamps_ns) - stamps_ns[0]) * 1e-9
     positions = np.array([state.plunger_position for state in states])
-    slope = np.polyfit(stamps - stamps[0], positions, 1)[0]
+    slope = np.polyfit(stamps, positions, 1)[0]
     assert slope == pytest.approx(VELOCITY, rel=0.25)  # a busy machine is not exact
     assert np.all(np.diff(positions) >= 0)
-    assert np.all(np.diff(stamps) > 0)
+    # To the nanosecond: after a first message that was held up, two are no farther apart.
+    assert np.all(np.diff(stamps_ns) > 0)
     found.until(lambda: found.values.get('step mode') == '3')
     assert found.values['operation state'] == 'normal'
     assert found.values['supply [V]'] == '9.12'

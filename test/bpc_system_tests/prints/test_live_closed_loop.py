@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 import re
 import subprocess
 
@@ -17,11 +18,12 @@ REPORT = re.compile(r'Off the target by ([\d.]+) % .* says ([\d.]+) %, and ([\d.
 
 @pytest.mark.timeout(150)
 @pytest.mark.usefixtures('ros_domain')
-def test_live_as_offline() -> None:
+def test_live_as_offline(tmp_path: Path) -> None:
     ended = subprocess.run(
         command('sim', '--closed-loop', '--scenario', 'under_delivery', '--speed', 6,
                 '--no-save'),
-        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+        timeout=PATIENCE_S, check=False)
     assert (ended.returncode, ended.stderr) == (0, ''), ended.stderr
     found = REPORT.search(ended.stdout)
     assert found, ended.stdout
@@ -29,6 +31,7 @@ def test_live_as_offline() -> None:
     assert live < 0.75 * without, ended.stdout
     assert live == pytest.approx(offline, abs=3), ended.stdout
     assert 'under extrusion' in ended.stdout
+    assert not list(tmp_path.iterdir())  # nothing was to be saved
 
 
 @pytest.mark.parametrize(('options', 'words'), [

@@ -20,7 +20,7 @@ from bpc_perception.runtime.child_processes import Nodes
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_sim.printer.settings import write_settings
 from bpc_system_tests.parts.command_line import command, OUTPUTS, PATIENCE_S, run, succeed
-from bpc_system_tests.parts.process_tree import descendants
+from bpc_system_tests.parts.process_tree import alive, descendants
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain
 
 pytestmark = [pytest.mark.system, pytest.mark.ros]
@@ -128,10 +128,10 @@ def test_the_next_print_has_a_folder_of_its_own(live: LivePrints) -> None:
 
 
 def test_it_is_whole_after_live_was_killed(live: LivePrints) -> None:
+    nodes = descendants([live.process.pid])
     live.process.kill()
     live.process.wait()
-    live.wait(lambda: not {'thickness', 'bag_recorder', 'results_writer'}
-              & set(live.listener.node.get_node_names()))
+    live.wait(lambda: not any(map(alive, nodes)))
     folders = sorted(folder for folder in live.prints.iterdir() if folder.is_dir())
     assert len(folders) == 2
     for folder in folders:
@@ -154,13 +154,6 @@ def test_a_simulated_print_leaves_what_its_recording_measures(tmp_path: Path) ->
     succeed('measure', folder / 'recording', '--out', tmp_path / 'again')
     assert (tmp_path / 'again' / 'profile.csv').read_bytes() == (
         folder / 'profile.csv').read_bytes()
-
-
-@pytest.mark.usefixtures('ros_domain')
-def test_nothing_is_left_of_a_print_that_is_not_to_be_kept(tmp_path: Path) -> None:
-    succeed('sim', '--scenario', 'line', '--speed', 25, '--rate', 1, '--no-save',
-            folder=tmp_path)
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_file_where_the_prints_belong_is_refused(tmp_path: Path) -> None:
