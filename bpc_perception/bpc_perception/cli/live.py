@@ -12,7 +12,6 @@ from bpc_perception.cli.parts.live_page import PageOption, serving
 from bpc_perception.cli.parts.monitor import Monitor, monitoring
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
 from bpc_perception.cli.parts.saved_prints import (
-    check_prints,
     NoSaveOption,
     PrintsOption,
     SavedPrints,
@@ -27,6 +26,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.recording.path_journal import default_folder
 from bpc_perception.recording.print_folder import PRINTS
+from bpc_perception.report.result_folder import expect_room_for
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.supervisor import Supervisor
 
@@ -65,27 +65,22 @@ def live(
     if camera is not None:
         check_back_end(camera)
     recorder = live_recorder(parameters)
-    check_prints(out)
+    expect_room_for(out, 'the prints')
     others = remappings(remap)
     saved = None if no_save else SavedPrints(out, hand_eye, parameters, others)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
     inputs = [others.get(name, name) for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION)]
     with (monitoring(terminal, keep=1) as monitor,
-          saving(saved, monitor, terminal) as look_after_saving,
+          saving(saved, monitor, terminal),
           Nodes(parameters, remappings=others) as nodes,
           serving(page, terminal, others)):
         start_nodes(nodes, recorder, hand_eye, camera,
                     'none' if new_print else 'newest' if resume else recorder.resume)
         terminal.say('Waiting for captures; Ctrl-C ends.')
         supervisor = Supervisor(nodes, monitor.node)
-
-        def look_after_nodes() -> None:
-            supervisor.check()
-            look_after_saving()
-
-        monitor.spin_until(lambda: False, SILENCE_PATIENCE_S, look_after_nodes)
+        monitor.spin_until(lambda: False, SILENCE_PATIENCE_S, supervisor.check)
         name_silent_topics(inputs, monitor, terminal)
-        monitor.spin_until(lambda: False, check=look_after_nodes)
+        monitor.spin_until(lambda: False, check=supervisor.check)
 
 
 def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,

@@ -20,7 +20,6 @@ from bpc_perception.runtime.signals import exit_on_signal
 
 BYTES_PER_MB = 1e6
 S_PER_MIN = 60
-LOGGING = {True: ['--log-level', 'warn'], False: []}  # whether it is to be silent
 
 
 class RecordingView:
@@ -75,7 +74,8 @@ def record(
     with exit_on_signal():
         from bpc_perception.nodes import bag_recorder
 
-    sys.argv = [sys.argv[0], *ros_arguments(settings, others), *LOGGING[quiet or json_lines]]
+    level = ['--log-level', 'warn'] if quiet or json_lines else []
+    sys.argv = [sys.argv[0], *ros_arguments(settings, others), *level]
     with terminal.view():
         on_progress = RecordingView(terminal, out).on_progress if terminal.lively else None
         bag_recorder.main(on_progress)

@@ -137,7 +137,8 @@ class Session:
         if refusal:
             return Result(capture, refusal=refusal)
         self._newest = (path.print_id, capture.stamp_ns)
-        T_base_camera = self._camera_pose(capture.stamp_ns)
+        T_base_camera = self._hand_eye.camera_pose(self._poses, capture.stamp_ns,
+                                                   self.config.maximum_pose_gap)
         if T_base_camera is None:
             return Result(capture, refusal='end_effector_pose: expected poses around the '
                                            'capture, found none near enough in time')
@@ -151,15 +152,6 @@ class Session:
         if path.print_id == newest_print and capture.stamp_ns <= newest_ns:
             return 'capture: expected a later stamp than the last, found it late or twice'
         return ''
-
-    def _camera_pose(self, stamp_ns: int) -> Array | None:
-        """Return T_base_camera (4, 4) [m] at a time; None = there are no poses around it."""
-        if self._hand_eye.on_base:
-            return self._hand_eye.T_parent_camera
-        T_base_flange = self._poses.at(stamp_ns, self.config.maximum_pose_gap)
-        if T_base_flange is None:
-            return None
-        return T_base_flange @ self._hand_eye.T_parent_camera
 
     def _profile_and_advice(self, capture: Capture, path: DepositionPath,
                             T_base_camera: Array) -> Result:

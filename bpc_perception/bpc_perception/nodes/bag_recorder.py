@@ -76,35 +76,36 @@ class BagRecorderNode(Node):
         self.create_timer(PLACE_PERIOD_S, self._check_place, clock=steady_clock())
         types = {self.resolve_topic_name(name): topics.type_name(kind)
                  for name, kind in recorded.items()}
+        self._prints: PrintBags | None = None  # None = one recording of all
         self._bag: BagWriter | PrintBags
         if config.prints:
             inputs = [self.resolve_topic_name(name) for name in recorded
                       if name not in topics.RESULTS]
             large = [self.resolve_topic_name(name) for name in topics.CAMERA]
-            self._bag = PrintBags(Path(config.prints), types, inputs, large, beside)
-            self.create_subscription(DepositionPathUpdate, topics.PATH_UPDATE, self._on_update,
-                                     topics.PATH_UPDATE_QOS)
+            self._bag = self._prints = PrintBags(Path(config.prints), types, inputs, large, beside)
+            self.create_subscription(
+                DepositionPathUpdate, topics.PATH_UPDATE, partial(self._on_update, self._prints),
+                topics.PATH_UPDATE_QOS)
         else:
             # The bag comes last: when the process is ended while it makes the node, no half-made
             # recording is left.
             self._bag = begin_recording(Path(config.bag), types, beside)
         self.get_logger().info(f'recording into {self._bag.path}')
 
-    def _on_update(self, message: DepositionPathUpdate) -> None:
+    def _on_update(self, prints: PrintBags, message: DepositionPathUpdate) -> None:
         """Begin another recording if this is another print."""
-        assert isinstance(self._bag, PrintBags)
-        if message.path.print_id != self._bag.print_id:
+        if message.path.print_id != prints.print_id:
             self.failure = ''
         try:
             if not self.failure:
-                self._bag.follow(message.path.print_id, message.path.finished,
-                                 self.get_clock().now().nanoseconds)
+                prints.follow(message.path.print_id, message.path.finished,
+                              self.get_clock().now().nanoseconds)
         except OSError as error:
             self._fail(error)
 
     def _write(self, topic: str, data: bytes) -> None:
-        if (topic == self._path and isinstance(self._bag, PrintBags)
-                and print_id_in(data) != self._bag.print_id):
+        if (self._prints is not None and topic == self._path
+                and print_id_in(data) != self._prints.print_id):
             return  # a late one, of the print before
         if not self.failure:
             try:
@@ -143,11 +144,11 @@ class BagRecorderNode(Node):
         if not (self.failure or self._bag.in_place):
             self._diagnostics.warn(f'{self._bag.path}: expected the recording there, '
                                    'found it moved or removed')
-        if isinstance(self._bag, PrintBags) and self._bag.print_id and not self.failure:
-            free = shutil.disk_usage(self._bag.path).free / BYTES_PER_GB
+        if self._prints is not None and self._prints.print_id and not self.failure:
+            free = shutil.disk_usage(self._prints.path).free / BYTES_PER_GB
             if free < self._config.least_free:
                 self.failure = (f'not recorded: expected {self._config.least_free:g} GB free at '
-                                f'{self._bag.path}, found {free:.1f}')
+                                f'{self._prints.path}, found {free:.1f}')
 
     def _fail(self, error: OSError, what: str = 'not recorded') -> None:
         """Record no more, but stay to say so: what is on disk can be read as it is."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rcl_interfaces.msg import ParameterEvent
 import rclpy
 from rclpy.node import Node
@@ -39,10 +39,10 @@ from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
 
-# Images that may wait for their profile, and meanwhile for a report that is being written.
-WAITING_IMAGES = 20
+# Images that may wait for their profile, or for a report that is being written; and the others.
+MOST_WAITING = 20
 UNDER_WAY_S = 0.5  # the last results, when the writer is to end
-IMAGE_QOS = QoSProfile(depth=WAITING_IMAGES, reliability=ReliabilityPolicy.RELIABLE)
+IMAGE_QOS = QoSProfile(depth=MOST_WAITING, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class ResultsWriterNode(Node):
@@ -58,18 +58,20 @@ class ResultsWriterNode(Node):
         self._recorder = configure(RecorderConfig(), 'path_recorder', file)
         self._results = LiveResults(Path(config.prints))
         self._written = -np.inf  # when files were written last [s], steady
-        self._images: dict[int, NDArray[np.uint8]] = {}  # by stamp [ns]
-        self._advice: dict[int, RateAdvice] = {}
+        # What came of each capture, by its stamp [ns], until all of it is there.
+        self._images: dict[int, Image] = {}
         self._profiles: dict[int, ThicknessProfile] = {}
+        self._advice: dict[int, RateAdvice] = {}
         self._camera: PinholeCamera | None = None
         self._poses = PoseBuffer()
         self._diagnostics = Diagnostics(self)
-        self.create_subscription(Image, topics.IMAGE, self._on_image, IMAGE_QOS)
+        for kind, topic, qos, waiting in (
+                (Image, topics.IMAGE, IMAGE_QOS, self._images),
+                (ThicknessProfile, topics.PROFILE, topics.RESULT_QOS, self._profiles),
+                (RateAdvice, topics.ADVICE, topics.RESULT_QOS, self._advice)):
+            self.create_subscription(kind, topic, partial(self._on_part, waiting), qos)
         self.create_subscription(CameraInfo, topics.CAMERA_INFO, self._on_info,
                                  topics.CAMERA_INFO_QOS)
-        self.create_subscription(ThicknessProfile, topics.PROFILE, self._on_profile,
-                                 topics.RESULT_QOS)
-        self.create_subscription(RateAdvice, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
         self.create_subscription(ParameterEvent, '/parameter_events', self._on_parameters,
                                  qos_profile_parameter_events)
         if not self._hand_eye.on_base:
@@ -78,13 +80,10 @@ class ResultsWriterNode(Node):
                             thickness.watch.maximum_lead, self._diagnostics, self._on_pose)
         self.create_timer(config.period / 10, self._write_in_time, clock=steady_clock())
 
-    def _on_image(self, message: Image) -> None:
-        try:
-            self._images[stamp_to_ns(message.header.stamp)] = image_to_rgb(message)
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
-        while len(self._images) > WAITING_IMAGES:
-            del self._images[next(iter(self._images))]
+    def _on_part(self, waiting: dict[int, Any], message: Any) -> None:
+        waiting[stamp_to_ns(message.header.stamp)] = message
+        if len(waiting) > MOST_WAITING:
+            del waiting[next(iter(waiting))]
         self._take()
 
     def _on_info(self, message: CameraInfo) -> None:
@@ -92,14 +91,6 @@ class ResultsWriterNode(Node):
             self._camera = camera_from_info(message)
         except ConversionError as error:
             self._diagnostics.refuse(error)
-
-    def _on_profile(self, message: ThicknessProfile) -> None:
-        self._profiles[stamp_to_ns(message.header.stamp)] = message
-        self._take()
-
-    def _on_advice(self, message: RateAdvice) -> None:
-        self._advice[stamp_to_ns(message.header.stamp)] = message
-        self._take()
 
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
         self._poses.add(stamp_ns, T_base_flange)
@@ -112,9 +103,8 @@ class ResultsWriterNode(Node):
         values = {parameter.name: parameter_value_to_python(parameter.value)
                   for parameter in (*message.new_parameters, *message.changed_parameters)
                   if parameter.name in known}
-        current = {name: value for name, _, value in flatten(self._thickness)}
         try:
-            self._thickness = replace_flat(self._thickness, current | values)
+            self._thickness = replace_flat(self._thickness, values)
         except ConfigError as error:
             self._diagnostics.refuse(error)
 
@@ -136,17 +126,13 @@ class ResultsWriterNode(Node):
         advice = advice_from_message(self._advice[stamp_ns])
         if self._results.begins_with(profile.print_id):
             self.write()  # what is left of the print before
-        capture = seen(stamp_ns, self._images[stamp_ns], camera)
+        capture = seen(stamp_ns, image_to_rgb(self._images[stamp_ns]), camera)
+        T_base_camera = self._hand_eye.camera_pose(self._poses, stamp_ns,
+                                                   self._thickness.maximum_pose_gap)
         self._results.add(profile, Result(
-            capture, self._camera_pose(stamp_ns), profile, advice,
+            capture, T_base_camera, profile, advice,
             warning=profile.off_path(self._thickness.maximum_offset)))
         self._diagnostics.count('results')
-
-    def _camera_pose(self, stamp_ns: int) -> Array | None:
-        if self._hand_eye.on_base:
-            return self._hand_eye.T_parent_camera
-        T_base_flange = self._poses.at(stamp_ns, self._thickness.maximum_pose_gap)
-        return None if T_base_flange is None else T_base_flange @ self._hand_eye.T_parent_camera
 
     def _write_in_time(self) -> None:
         if time.monotonic() - self._written > self._config.period:

@@ -65,13 +65,12 @@ def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
                          'found neither')
     if not hand_eye.exists():
         raise ValueError(f'hand-eye calibration: expected {hand_eye}, found nothing there')
-    targets = folder / TARGETS
-    if parameters is None and (folder / PARAMETERS).exists():
+    own = parameters is None and (folder / PARAMETERS).exists()
+    if own:
         parameters = folder / PARAMETERS
-    elif parameters is not None:
-        targets = Path()  # those of other parameters
     thickness = configure(ThicknessConfig(), 'thickness', parameters)
-    if targets.is_file():  # the table may have been moved or changed since
+    targets = folder / TARGETS
+    if own and targets.is_file():  # the table may have been moved or changed since
         thickness = replace(thickness, advice=replace(thickness.advice, target_file=str(targets)))
     return Inputs(opened, hand_eye, load_hand_eye(hand_eye), parameters,
                   thickness, configure(RecorderConfig(), 'path_recorder', parameters))

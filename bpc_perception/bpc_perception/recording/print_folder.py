@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from pathlib import Path
 
 from bpc_perception.core.path.print_id import start_of
@@ -22,7 +21,7 @@ def print_folder(prints: Path, print_id: str) -> Path:
         name = ''.join(letter if letter.isalnum() or letter in '-_.' else '_'
                        for letter in print_id.lstrip('.'))
         return prints / (name or '_')
-    local = datetime.astimezone(start)
+    local = start.astimezone()
     return prints / f'{local:%Y-%m-%d_%H-%M-%S}.{local.microsecond // 1000:03d}'
 
 

@@ -21,17 +21,22 @@ def check_out(folder: Path) -> None:
 
     It is to be new, empty, or one with an earlier result, which is replaced.
     """
-    existing = _nearest_existing(folder)
-    if not existing.is_dir():
-        raise ValueError(f'{folder}: expected a folder for the outputs, '
-                         f'found that {existing} is a file')
-    if existing != folder or _holds_result(folder):
+    if expect_room_for(folder, 'the outputs') != folder or _holds_result(folder):
         return
     foreign = next((path.name for path in sorted(folder.iterdir())
                     if not path.name.startswith('.')), None)
     if foreign is not None:
         raise ValueError(f'{folder}: expected a new folder, an empty one, or an earlier result '
                          f'of bpc, found {foreign}')
+
+
+def expect_room_for(folder: Path, what: str) -> Path:
+    """Return the folder, or the nearest one above it that exists; ValueError = it is a file."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise ValueError(f'{folder}: expected a folder for {what}, '
+                         f'found that {existing} is a file')
+    return existing
 
 
 @contextmanager
@@ -67,10 +72,3 @@ def _holds_result(folder: Path) -> bool:
         return 'fingerprint' in json.loads((folder / SUMMARY).read_text('utf-8'))
     except (OSError, ValueError, TypeError):
         return False
-
-
-def _nearest_existing(folder: Path) -> Path:
-    """Return the folder, or the nearest one above it that exists."""
-    if folder.exists():
-        return folder
-    return next(path for path in folder.absolute().parents if path.exists())

@@ -51,8 +51,7 @@ class NodeConfig(Generic[ConfigType]):
 
     def _changed(self, parameters: list[RosParameter]) -> ConfigType:
         changes = {p.name: p.value for p in parameters if p.name in self._names}
-        current = {name: value for name, _, value in flatten(self.value)}
-        return replace_flat(self.value, {**current, **_plain(changes)})
+        return replace_flat(self.value, _plain(changes))
 
     def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:

@@ -9,10 +9,11 @@ import typer
 
 from bpc_perception.cli.parts.live_page import PageOption
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, SeparateOption
-from bpc_perception.cli.parts.saved_prints import check_prints, NoSaveOption, PrintsOption
+from bpc_perception.cli.parts.saved_prints import NoSaveOption, PrintsOption
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import CameraConfig
 from bpc_perception.recording.print_folder import PRINTS
+from bpc_perception.report.result_folder import expect_room_for
 
 OPEN_LOOP_CAPTURE_RATE_HZ, CLOSED_LOOP_CAPTURE_RATE_HZ = 0.5, 1.0
 SLOWEST_MM_S, FASTEST_MM_S = 0.1, 500
@@ -51,7 +52,7 @@ def sim(
     terminal = Terminal(quiet, json_lines)
     check_speed(speed)
     capture_rate = check_capture_rate(rate, closed_loop)
-    check_prints(out)
+    expect_room_for(out, 'the prints')
     prints = None if no_save else out
     if closed_loop:
         if record is not None:

@@ -44,6 +44,7 @@ class Monitor:
         profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
             all of them.
         print_ids: of the prints that were measured, in order.
+        checks: called again and again while messages are handled; an error ends it all.
     """
 
     def __init__(self, node: Node, executor: SingleThreadedExecutor, terminal: Terminal,
@@ -58,6 +59,7 @@ class Monitor:
         self._shown: tuple[int, float] | None = None  # stamp, when it came by a steady clock [s]
         self._warnings = RecentWarnings()
         self.print_ids: list[str] = []
+        self.checks: list[Callable[[], None]] = []
         self._interrupted = False
         node.create_subscription(
             ThicknessProfileMsg, topics.PROFILE, self._on_profile, topics.RESULT_QOS)
@@ -90,8 +92,8 @@ class Monitor:
         """
         end = None if timeout is None else time.monotonic() + timeout
         while True:
-            if check is not None:
-                check()
+            for each in (*self.checks, *([check] if check is not None else [])):
+                each()
             if done():
                 return True
             if self._interrupted:

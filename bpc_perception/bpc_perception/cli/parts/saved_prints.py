@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,14 +44,6 @@ class SavedPrints:
     remappings: Mapping[str, str] | None = None
 
 
-def check_prints(folder: Path) -> None:
-    """Raise ValueError unless there can be a folder of this name."""
-    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not existing.is_dir():
-        raise ValueError(f'{folder}: expected a folder for the prints, '
-                         f'found that {existing} is a file')
-
-
 def recorder_settings(hand_eye: Path | None, parameters: Path | None) -> dict[str, Any]:
     """Return the parameters of a bag recorder that keeps these files with its recordings.
 
@@ -63,30 +55,26 @@ def recorder_settings(hand_eye: Path | None, parameters: Path | None) -> dict[st
 
 
 @contextmanager
-def saving(saved: SavedPrints | None, monitor: Monitor,
-           terminal: Terminal) -> Iterator[Callable[[], None]]:
+def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> Iterator[None]:
     """Record each print and write its results while the block runs; say where they are.
-
-    Give the block a function that looks after the nodes which do so: a print goes on without
-    them.
 
     Args:
         saved: what to keep; None = nothing.
-        monitor: knows which prints there were.
+        monitor: looks after the nodes that do so, and knows which prints there were.
         terminal: of the command.
     """
     if saved is None:
-        yield lambda: None
+        yield
         return
     with Nodes(saved.parameters, remappings=saved.remappings,
                end_patience=END_PATIENCE_S) as nodes:
         nodes.start('bpc_perception.nodes.bag_recorder', prints=str(saved.folder.absolute()),
-                    **recorder_settings(saved.hand_eye.absolute(), saved.parameters))
+                    **recorder_settings(saved.hand_eye, saved.parameters))
         nodes.start('bpc_perception.nodes.results_writer', prints=str(saved.folder.absolute()),
                     hand_eye_file=str(saved.hand_eye),
                     parameter_file=str(saved.parameters or ''))
-        keeper = _Keeper(Supervisor(nodes, monitor.node), terminal)
-        yield keeper.check
+        monitor.checks.append(_Keeper(Supervisor(nodes, monitor.node), terminal).check)
+        yield
     for print_id in monitor.print_ids:
         folder = print_folder(saved.folder, print_id)
         if folder.is_dir():
@@ -96,7 +84,7 @@ def saving(saved: SavedPrints | None, monitor: Monitor,
 
 @dataclass
 class _Keeper:
-    """Supervises nodes whose end for good is a warning."""
+    """Supervises nodes whose end for good is a warning: a print goes on without them."""
 
     supervisor: Supervisor | None
     terminal: Terminal

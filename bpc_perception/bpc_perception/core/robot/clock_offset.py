@@ -37,6 +37,7 @@ class ClockOffset:
             received_ns: when its message came, by the receiver's clock [ns].
         """
         offset = received_ns - device_ns
+        self._follow_jump(offset, received_ns)
         if self._was_set(device_ns, received_ns):
             self._least.clear()
             self._mapped_ns, self._jumped_ns = 0, None
@@ -52,17 +53,20 @@ class ClockOffset:
         self._mapped_ns = max(device_ns + min(self._least), self._mapped_ns + later)
         return self._mapped_ns
 
-    def _was_set(self, device_ns: int, received_ns: int) -> bool:
-        """Return whether the device's clock was set, or the device started anew."""
-        if not self._least or device_ns < self._latest_ns:
-            return True
-        offset = received_ns - device_ns
+    def _follow_jump(self, offset: int, received_ns: int) -> None:
+        """Take note of a difference [ns] that rose at once, and of one that fell again."""
+        if not self._least:
+            return
         if self._jumped_ns is None and offset - self._latest_offset_ns > self.JUMP_NS:
             self._jumped_ns = received_ns
         elif offset - min(self._least) <= self.JUMP_NS:
             self._jumped_ns = None
-        return (self._jumped_ns is not None
-                and received_ns - self._jumped_ns > self.SETTLING_NS)
+
+    def _was_set(self, device_ns: int, received_ns: int) -> bool:
+        """Return whether the device's clock was set, or the device started anew."""
+        stayed = (self._jumped_ns is not None
+                  and received_ns - self._jumped_ns > self.SETTLING_NS)
+        return device_ns < self._latest_ns or stayed
 
     @property
     def offset_ns(self) -> int | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.robot.poses import PoseBuffer
 
 
 @dataclass(frozen=True)
@@ -18,3 +19,16 @@ class HandEye:
 
     on_base: bool
     T_parent_camera: Array
+
+    def camera_pose(self, poses: PoseBuffer, stamp_ns: int, maximum_gap: float) -> Array | None:
+        """Return T_base_camera (4, 4) [m] at a time [ns]; None = the flange's pose is not known.
+
+        Args:
+            poses: of the flange.
+            stamp_ns: the time.
+            maximum_gap: between the poses around it, see PoseBuffer.at [s].
+        """
+        if self.on_base:
+            return self.T_parent_camera
+        T_base_flange = poses.at(stamp_ns, maximum_gap)
+        return None if T_base_flange is None else T_base_flange @ self.T_parent_camera

@@ -83,13 +83,8 @@ def run_closed_loop(plan: ClosedLoopPrint, prints: Path | None, page: bool,
     with monitoring(terminal) as monitor, tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
-        with (saving(saved_print(prints, settings), monitor, terminal) as look_after_saving,
+        with (saving(saved_print(prints, settings), monitor, terminal),
               printer_nodes(monitor, terminal, page, settings.parameters) as nodes):
-
-            def check() -> None:
-                nodes.check()
-                look_after_saving()
-
             start_measuring_nodes(nodes, plan, settings, monitor)
             # The print starts when the printer does.
             start_ns = time.time_ns() + round(START_DELAY_S / 2 * 1e9)
@@ -98,7 +93,7 @@ def run_closed_loop(plan: ClosedLoopPrint, prints: Path | None, page: bool,
             # Do not wait for captures without end: the camera may be lost. The speed may halve.
             timeout = START_DELAY_S + 2 * job.duration + END_MARGIN_S
             complete = monitor.spin_until(lambda: is_complete(print_, monitor), timeout,
-                                          check)
+                                          nodes.check)
             if not complete and not monitor.profiles:
                 raise ValueError(f'expected profiles, found none; {reasons(monitor)}')
             last = list(monitor.profiles.values())[-1]

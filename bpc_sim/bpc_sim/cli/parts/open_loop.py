@@ -78,20 +78,15 @@ def run_open_loop(plan: OpenLoopPrint, prints: Path | None, separate: bool, page
     with monitoring(terminal, keep=1) as monitor, tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), hand_eye_calibration(job),
                                   node_parameters(job, plan.target))
-        with (saving(saved_print(prints, settings), monitor, terminal) as look_after_saving,
+        with (saving(saved_print(prints, settings), monitor, terminal),
               printer_nodes(monitor, terminal, page, settings.parameters) as nodes):
-
-            def check() -> None:
-                nodes.check()
-                look_after_saving()
-
             start_ns = time.time_ns() + round(START_DELAY_S * 1e9)
             end_ns = start_ns + round(job.duration * 1e9)
             start_nodes(nodes, plan, settings, separate, start_ns)
             announce(job, plan.config, terminal)
             complete = monitor.spin_until(
                 lambda: any(stamp_ns > end_ns for stamp_ns in monitor.advice),
-                START_DELAY_S + job.duration + END_MARGIN_S + 2 / plan.capture_rate, check)
+                START_DELAY_S + job.duration + END_MARGIN_S + 2 / plan.capture_rate, nodes.check)
             if not complete:
                 raise ValueError('expected a profile after the end of the print, found none; '
                                  f'{reasons(monitor)}')
