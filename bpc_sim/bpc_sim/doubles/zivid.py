@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta, timezone
+from functools import cache, partial
 import time
 from types import ModuleType, SimpleNamespace, TracebackType
 from typing import Any
@@ -107,7 +108,7 @@ class Camera:
     def __init__(self, double: ZividDouble) -> None:
         self._double = double
         self._connected = True
-        self._seen: Capture | None = None
+        self._seen: Callable[[], Capture] | None = None
 
     @property
     def info(self) -> SimpleNamespace:
@@ -131,18 +132,19 @@ class Camera:
             raise RuntimeError('Settings.color must be set for a 2D+3D capture')
         self._check()
         time.sleep(self._double.throttling)
-        begun = time.time()
         time.sleep(self._double.acquisition)
         self._check()
         # If nothing moves, the middle of the acquisition is as good as any other time.
-        self._seen = self._double.see(begun + self._double.acquisition / 2)
+        middle = time.time() - self._double.acquisition / 2
+        # It is drawn when asked for: the call returns when the acquisition ends, as a camera's.
+        self._seen = cache(partial(self._double.see, middle))
         return Frame(self._double, self._seen)
 
     def intrinsics(self, settings: Settings | None) -> SimpleNamespace:
         """Return the intrinsics for the resolution of the settings."""
         del settings
         self._check()
-        seen = self._seen or self._double.see(time.time())
+        seen = self._seen() if self._seen else self._double.see(time.time())
         return sdk_intrinsics(seen, self._double.intrinsics_scale)
 
     def disconnect(self) -> None:
@@ -158,7 +160,7 @@ class Camera:
 class Frame:
     """The result of a capture; a context manager that releases it."""
 
-    def __init__(self, double: ZividDouble, seen: Capture) -> None:
+    def __init__(self, double: ZividDouble, seen: Callable[[], Capture]) -> None:
         self._double = double
         self._seen = seen
         self._ready = time.monotonic() + double.processing
@@ -183,11 +185,11 @@ class Frame:
         if self._double.fails_while_processing:
             self._double.fails_while_processing = False
             raise RuntimeError('Error while processing the capture')
-        return PointCloud(self._seen)
+        return PointCloud(self._seen())
 
     def intrinsics(self) -> SimpleNamespace:
         """Return the intrinsics as estimated from the frame."""
-        return sdk_intrinsics(self._seen, self._double.estimate_scale)
+        return sdk_intrinsics(self._seen(), self._double.estimate_scale)
 
     def release(self) -> None:
         """Release the memory."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bpc_perception.core.capture.capture import Capture
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_sim.doubles.srgb import linear_to_srgb, srgb_to_linear
 from bpc_sim.doubles.zivid import ZividDouble
@@ -45,6 +46,19 @@ def test_the_stamp_is_the_middle_of_the_acquisition(graph: Graph, zivid: ZividDo
     before = time.time()
     assert camera.capture(0).stamp_ns * 1e-9 == pytest.approx(before + 0.4, abs=0.05)
     assert 'cool down' in str(camera.notes()['WARN'])
+
+
+def test_what_takes_long_to_draw_is_shown_at_its_stamp(graph: Graph, zivid: ZividDouble) -> None:
+    still, asked = zivid.see, []
+
+    def slowly(t: float) -> Capture:
+        asked.append(t)
+        time.sleep(0.3)
+        return still(t)
+
+    zivid.see = slowly
+    capture = opened(graph).capture(0)
+    assert capture.stamp_ns * 1e-9 == pytest.approx(asked[-1], abs=0.05)
 
 
 def test_a_camera_that_is_gone_comes_back(graph: Graph, zivid: ZividDouble) -> None:
