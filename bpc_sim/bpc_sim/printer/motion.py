@@ -1,4 +1,4 @@
-"""How the nozzle moves between strokes: lifted, fast, and after a pause."""
+"""How nozzle and plunger move between strokes: lifted, fast, drawn back, and after a pause."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from bpc_perception.core.arrays import Array
 
 @dataclass(frozen=True)
 class Travel:
-    """A way from one stroke to the next, as G-code has it: lift, wait, move, lower.
+    """A way from one stroke to the next, as G-code has it.
+
+    The plunger is drawn back; the nozzle is lifted, waits, moves, is lowered; the plunger is
+    pushed forth.
 
     Attributes:
         start, end: arc lengths of the path between which it lies [m].
@@ -21,6 +24,8 @@ class Travel:
         lift_speed: of lifting and lowering [m/s].
         pause: time that the nozzle waits, lifted, before it moves on [s].
         rise: how much higher the next stroke is laid [m].
+        retraction: how far the plunger is drawn back before it, and pushed forth after it [m].
+        retraction_speed: of the plunger [m/s].
     """
 
     start: float
@@ -30,32 +35,37 @@ class Travel:
     lift_speed: float = 0.025
     pause: float = 0.0
     rise: float = 0.0
+    retraction: float = 0.0
+    retraction_speed: float = 0.2e-3
 
 
 class Motion:
-    """Arc length and height of the nozzle over time, along a path with travel."""
+    """Arc length and height of the nozzle over time, along a path with travel; its retractions."""
 
     def __init__(self, length: float, speed: float, travels: tuple[Travel, ...]) -> None:
         """Plan the motion along a path of a length [m]; ``speed`` is that of its strokes [m/s]."""
-        # From node to node the nozzle moves steadily: time [s], arc length [m], height [m].
-        nodes = [(0.0, 0.0, 0.0)]
+        # From node to node all moves steadily: time [s], arc length, height, retraction [m].
+        nodes = [(0.0, 0.0, 0.0, 0.0)]
         strokes = []
 
-        def go(time: float, arc: float, height: float) -> None:
-            nodes.append((nodes[-1][0] + time, arc, height))
+        def go(time: float, arc: float, height: float, drawn: float) -> None:
+            nodes.append((nodes[-1][0] + time, arc, height, drawn))
 
         for travel in (*travels, Travel(length, length)):
-            begin, arc, height = nodes[-1]
-            go((travel.start - arc) / speed, travel.start, height)
+            begin, arc, height, _ = nodes[-1]
+            go((travel.start - arc) / speed, travel.start, height, 0.0)
             strokes.append((begin, nodes[-1][0]))
             if travel.start == length:
                 break
             lifted, lowered = height + travel.hop, height + travel.rise
-            go(travel.hop / travel.lift_speed, travel.start, lifted)
-            go(travel.pause, travel.start, lifted)
-            go((travel.end - travel.start) / travel.speed, travel.end, lifted)
-            go(abs(lowered - lifted) / travel.lift_speed, travel.end, lowered)
-        self._time, self._arc, self._height = np.array(nodes).T
+            drawn, drawing = travel.retraction, travel.retraction / travel.retraction_speed
+            go(drawing, travel.start, height, drawn)
+            go(travel.hop / travel.lift_speed, travel.start, lifted, drawn)
+            go(travel.pause, travel.start, lifted, drawn)
+            go((travel.end - travel.start) / travel.speed, travel.end, lifted, drawn)
+            go(abs(lowered - lifted) / travel.lift_speed, travel.end, lowered, drawn)
+            go(drawing, travel.end, lowered, 0.0)
+        self._time, self._arc, self._height, self._drawn = np.array(nodes).T
         self._strokes = np.array(strokes)
 
     @property
@@ -70,6 +80,21 @@ class Motion:
     def height(self, t: Array) -> Array:
         """Return the height (...) above the first stroke's at times (...) [m]."""
         return np.interp(t, self._time, self._height)
+
+    def retracted(self, t: Array) -> Array:
+        """Return how far the plunger is drawn back (...) at times (...) [m]."""
+        return np.interp(t, self._time, self._drawn)
+
+    def pushing(self, t: Array) -> Array:
+        """Return the velocity of the plunger (...) from retractions at times (...) [m/s].
+
+        It is below 0 while it is drawn back.
+        """
+        lasting = np.diff(self._time)
+        velocity = np.divide(-np.diff(self._drawn), lasting, out=np.zeros(len(lasting)),
+                             where=lasting > 0)
+        padded = np.concatenate(([0.0], velocity, [0.0]))
+        return padded[np.searchsorted(self._time, t, side='right')]
 
     def on_stroke(self, t: Array) -> NDArray[np.bool_]:
         """Tell whether the nozzle follows a stroke at times (...)."""

@@ -121,21 +121,28 @@ class PrintJob:
         return pose
 
     def extruding(self, t: Times) -> NDArray[np.bool_]:
-        """Tell whether the extruder is commanded to push ink out at times t (...)."""
-        t = np.asarray(t)
-        under_way = (t >= self.dwell_before) & (t < self.end_of_path)
-        if self.travels:
-            under_way &= self._motion.on_stroke(t - self.dwell_before)
-        return np.asarray(under_way & self.commanded.inked(self.laid(t)))
+        """Tell whether the plunger is commanded to push at times t (...).
+
+        It lays ink, or makes up for a retraction.
+        """
+        return np.asarray(self.plunger_velocity(t) > 0)
 
     def flow_rate(self, t: Times) -> Array:
         """Return the commanded volume of ink per time (...) at times t (...) [m^3/s].
 
-        It follows from the mass balance of a filament of the commanded width:
-        (pi / 4) width^2 speed.
+        Along strokes it follows from the mass balance of a filament of the commanded width:
+        (pi / 4) width^2 speed. It is below 0 in a retraction.
         """
-        width = self.commanded.profile(self.laid(t))
-        return np.where(self.extruding(t), np.pi / 4 * width**2 * self.speed, 0.0)
+        t = np.asarray(t)
+        s = self.laid(t)
+        laying = (t >= self.dwell_before) & (t < self.end_of_path) & self.commanded.inked(s)
+        retracting: Array | float = 0.0
+        if self.travels:
+            since = t - self.dwell_before
+            laying &= self._motion.on_stroke(since)
+            retracting = self._motion.pushing(since) * PLUNGER_AREA_M2
+        width = self.commanded.profile(s)
+        return np.where(laying, np.pi / 4 * width**2 * self.speed, retracting)
 
     def plunger_velocity(self, t: Times) -> Array:
         """Return the velocity (...) of the syringe's plunger at times t (...) [m/s]."""
@@ -149,6 +156,8 @@ class PrintJob:
         for start, end in self.commanded.runs:
             position += (np.interp(np.clip(s, start, end), nodes, moved)
                          - np.interp(start, nodes, moved))
+        if self.travels:
+            position -= self._motion.retracted(np.asarray(t) - self.dwell_before)
         return position
 
     def truth(self, s: Array) -> Array:

@@ -99,10 +99,13 @@ def strokes(speed: float = PRINT_SPEED_M_PER_S, hop: float = 2e-3) -> PrintJob:
 
 
 def dense(speed: float = PRINT_SPEED_M_PER_S, hop: float = 0.3e-3) -> PrintJob:
-    """Return nine lines of 36 mm, to and fro, with 0.6 mm of bed between them."""
+    """Return nine lines of 36 mm, to and fro, with 0.6 mm of bed between them.
+
+    The plunger is drawn back for each travel, by a tenth of what a line takes.
+    """
     lines = parallel_lines(9, 2.6e-3, 0.036)
     lines[1::2] = lines[1::2, ::-1]
-    return stroke_job(lines, speed, Travel(0, 0, hop))
+    return stroke_job(lines, speed, Travel(0, 0, hop, retraction=0.02e-3))
 
 
 def purge(speed: float = PRINT_SPEED_M_PER_S, away: float = 0.15) -> PrintJob:

@@ -27,6 +27,7 @@ def test_scenarios_fit_the_image(name):
     assert ((uv > 8) & (uv < (311, 231))).all()
     travelled = sum(each.end - each.start for each in job.travels)
     travelling = sum((each.hop + abs(each.hop - each.rise)) / each.lift_speed + each.pause
+                     + 2 * each.retraction / each.retraction_speed
                      + (each.end - each.start) / each.speed for each in job.travels)
     assert job.duration == pytest.approx((job.length - travelled) / 0.05 + travelling + 2)
     assert job.truth(s).max() < 2.5e-3
