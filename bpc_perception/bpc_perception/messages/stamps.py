@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from struct import unpack_from
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -19,6 +20,15 @@ def stamp_to_ns(stamp: Time) -> int:
 def ns_to_stamp(stamp_ns: int) -> Time:
     """Convert nanoseconds to the stamp of a message."""
     return Time(sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
+
+
+def stamp_in(data: bytes) -> int:
+    """Return the stamp [ns] of a serialized message that begins with a header.
+
+    [OMG DDS-XTypes 1.3, plain CDR: a head of 4 bytes, from which numbers are aligned]
+    """
+    seconds, nanoseconds = unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
+    return int(seconds) * 10**9 + int(nanoseconds)
 
 
 def check_frame(name: str, message: Any, frame_id: str) -> None:

@@ -19,9 +19,11 @@ from bpc_perception.core.config import BagRecorderConfig
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import print_id_in
+from bpc_perception.messages.stamps import stamp_in
 from bpc_perception.recording.bag_writer import BagWriter, begin_recording
 from bpc_perception.recording.inputs import kept_beside
 from bpc_perception.recording.print_bags import PrintBags
+from bpc_perception.recording.torn_captures import TornCaptures
 from bpc_perception.runtime.clock import steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.exit_status import REFUSED
@@ -35,7 +37,8 @@ MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
        topics.LBR_STATE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
        topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS,
-       **dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS)}
+       **dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS),
+       topics.CAMERA_INFO: topics.CAMERA_INFO_QOS}
 
 
 class BagRecorderNode(Node):
@@ -61,6 +64,8 @@ class BagRecorderNode(Node):
         self._diagnostics = Diagnostics(self)
         self._first_capture = inf  # [s], steady
         self._camera, self._path = map(self.resolve_topic_name, (topics.IMAGE, topics.PATH))
+        self._captures = {self.resolve_topic_name(name) for name in topics.CAMERA}
+        self._torn = TornCaptures(self.resolve_topic_name(topics.CAMERA_INFO), self._captures)
         recorded = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
         poses = FlangePoses(config.pose, '')
         needed = {topics.EXTRUSION}  # a recording is measured from these and its captures
@@ -117,6 +122,8 @@ class BagRecorderNode(Node):
         else:
             self._diagnostics.count(topic)
         self._missing.discard(topic)
+        if topic in self._captures:
+            self._torn.add(topic, stamp_in(data), time.monotonic())
         if topic == self._camera:
             self._first_capture = min(self._first_capture, time.monotonic())
 
@@ -132,6 +139,10 @@ class BagRecorderNode(Node):
             with suppress(OSError):  # the terminal is gone, or the disk that it asks about
                 self._on_progress(*self._bag.written)
         self._warn_of_missing_inputs()
+        for _ in range(self._torn.take(time.monotonic())):
+            self._diagnostics.refuse(
+                'captures that are not recorded whole: expected image and cloud of each, found '
+                'part of them; take fewer captures a second, or a region of each')
 
     def _warn_of_missing_inputs(self) -> None:
         if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:

@@ -21,6 +21,7 @@ from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.nodes import bag_recorder
 from bpc_perception.nodes.bag_recorder import BagRecorderNode
+from bpc_perception.recording import torn_captures
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.bag_writer import BagWriter
 from bpc_perception.runtime.exit_status import REFUSED
@@ -111,6 +112,35 @@ def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int
         '/end_effector_pose: expected messages beside the captures, found none; '
         'without them the recording cannot be measured')
     assert (tmp_path / 'bag' / 'params.yaml').read_bytes() == b'{}'
+
+
+def test_a_recorder_counts_captures_of_which_the_cloud_never_came(
+        tmp_path: Path, ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(torn_captures, 'PATIENCE_S', 0.3)
+    graph = Graph(ros_domain)
+    try:
+        recorder = graph.make(BagRecorderNode, bag=str(tmp_path / 'bag'))
+        peer = graph.make(Node, 'peer')
+        camera = {name: peer.create_publisher(kind, name, topics.CAMERA_QOS)
+                  for name, kind in topics.CAMERA.items()}
+        sent = 0
+
+        def take_captures() -> bool:
+            nonlocal sent
+            sent += 1
+            for name, publisher in camera.items():
+                message = topics.CAMERA[name]()
+                message.header.stamp.sec = sent
+                if name != topics.CLOUD or sent % 2:
+                    publisher.publish(message)
+            counts = recorder._diagnostics._refusals
+            return sum(counts.values()) >= 3
+
+        graph.spin_until(take_captures)
+        refused, = recorder._diagnostics._refusals
+    finally:
+        graph.close()
+    assert refused == 'captures that are not recorded whole'
 
 
 def test_who_looks_on_a_recording_does_not_end_it(tmp_path: Path, ros_domain: int) -> None:
