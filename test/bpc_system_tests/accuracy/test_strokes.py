@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 import pytest
 from scipy.spatial import cKDTree
 
-from bpc_perception.core.config import PathConfig, ThicknessConfig
+from bpc_perception.core.advice.advisor import Advisor
+from bpc_perception.core.advice.rate_advice import Reason
+from bpc_perception.core.config import AdviceConfig, PathConfig, ThicknessConfig
 from bpc_perception.core.extruder.sample import ExtruderSample
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.measurement.measure import measure
@@ -220,6 +222,26 @@ def test_a_wall_with_pauses_is_one_print_with_one_stroke_each() -> None:
     assert path.extruding.any()
     heights = transform(invert(job.T_base_surface), path.points[path.extruding])[:, 2]
     assert np.ptp(heights) == pytest.approx(9 * 0.4 * MM, abs=0.1 * MM)
+
+
+@pytest.mark.parametrize(('speed', 'retraction'), [(0.03, 0.0), (0.03, 0.02e-3),
+                                                   (0.01, 0.1e-3)])
+def test_a_good_print_of_strokes_is_advised_to_go_on(speed: float, retraction: float) -> None:
+    """Ink is at its width from the start of each stroke, whatever the plunger does before."""
+    job = stroke_job(parallel_lines(9, 2.6 * MM, 0.036), speed,
+                     Travel(0, 0, 0.3 * MM, retraction=retraction))
+    path, target = path_of(job), AdviceConfig(target_thickness=2 * MM)
+    advisor = Advisor()
+    for number, t in enumerate(np.arange(1.3, job.duration, 0.05 / speed)):
+        capture = job.capture(t, number, START_NS + round(t * 1e9))
+        profile = measure(capture, path, job.view.T_base_camera, ThicknessConfig(), number)
+        advice = advisor.advise(profile, path, target)
+        # The dead band is 2 %; widths of one stroke are off by as much, a fifth of a pixel.
+        assert advice.flow_rate_scale == pytest.approx(1.0, abs=0.05)
+        assert advice.reason in (Reason.NOT_ENOUGH_DATA, Reason.ON_TARGET,
+                                 Reason.UNDER_EXTRUSION, Reason.OVER_EXTRUSION)
+    assert advice.delivery == pytest.approx(1.0, abs=0.03)
+    assert advice.lag < 0.1
 
 
 def test_bed_where_none_was_commanded_is_no_gap() -> None:

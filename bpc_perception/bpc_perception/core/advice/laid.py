@@ -6,10 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bpc_perception.core.advice.delivery_filter import DEAD_TIME_S, lagged, LAGS_S
+from bpc_perception.core.advice.delivery_filter import (
+    DEAD_TIME_S,
+    DEAD_TIME_SIGMA_S,
+    lagged,
+    LAGS_S,
+)
 from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.path.deposition_path import DepositionPath
 
+# After each start but the first, ink is on its way for this long, known only roughly.
+START_S = DEAD_TIME_S + 2 * DEAD_TIME_SIGMA_S
 REACH = 3  # path points to either side over which speed and volume per length are taken
 # What may stand for the command, the better first.
 RATES = ('flow_rate', 'plunger_velocity')
@@ -25,14 +32,18 @@ class Laid:
         speed: (N,) of the nozzle [m/s].
         volume: (N,) commanded per length of path.
         arrived: (N, L) what arrives per length of path, behind each lag.
+        length: (N,) arc length without pauses, in which no ink was to be pushed out [m].
         laying: (N,) whether ink was to be laid all around each point.
+        under_way: (N,) whether it had been so for long enough that the dead time does not matter.
     """
 
     rate: Array
     speed: Array
     volume: Array
     arrived: Array
+    length: Array
     laying: Flags
+    under_way: Flags
 
 
 def recorded_rate(path: DepositionPath) -> str:
@@ -93,7 +104,9 @@ def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array) -> L
     between = (flow + np.concatenate((flow[:1], flow[:-1]))) / 2
     arrived = per_length(path, np.cumsum(between * elapsed[:, None], axis=0))
     laying = _steady_around(rate > 0) & (volume > 0) & np.isfinite(volume)
-    return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived, laying)
+    return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived,
+                _without_pauses(path.arc_length, rate), laying,
+                _since_restart(path.time, rate > 0) > START_S)
 
 
 def per_length(path: DepositionPath, amount: Array, length: Array | None = None) -> Array:
@@ -118,3 +131,19 @@ def _steady_around(pushing: Flags) -> Flags:
     each, pauses = np.arange(count), np.cumsum(np.concatenate(([False], ~pushing)))
     return np.asarray(pauses[np.minimum(each + 2 * REACH + 1, count)]
                       == pauses[np.maximum(each - 2 * REACH, 0)])
+
+
+def _since_restart(time: Array, pushing: Flags) -> Array:
+    """Return how long (N,) ink has been pushed out after a pause [s]; before the first, inf.
+
+    How a print begins is told by what it was set up for; how it goes on after a pause is not.
+    """
+    begins = pushing & ~np.concatenate(([False], pushing[:-1]))
+    since = np.maximum.accumulate(np.where(begins, time, -np.inf))
+    return np.where(np.cumsum(begins) > 1, time - since, np.inf)
+
+
+def _without_pauses(arc: Array, rate: Array) -> Array:
+    """Return arc lengths (N,) [m] that do not grow while ink is switched off after a start."""
+    off = (rate == 0) & (np.cumsum(rate > 0) > 0)
+    return arc - np.cumsum(np.where(off, np.diff(arc, prepend=arc[:1]), 0.0))

@@ -83,7 +83,8 @@ class Observations:
         self._path = path.where(np.zeros(len(path), bool))
         self._flow = np.zeros((0, len(LAGS_S)))  # behind each lag, at each path point
         none = np.zeros(0)
-        self.laid = Laid(none, none, none, self._flow, np.zeros(0, bool))
+        never = np.zeros(0, bool)
+        self.laid = Laid(none, none, none, self._flow, none, never, never)
         self._width = none
         self._sigma = none
         self._start = start
@@ -118,10 +119,10 @@ class Observations:
             clog_drop: share of the delivery that has to be lost at once for a fall.
         """
         settled = self._settled = self._settled or DeliveryFilter(prior)
-        arc = self._path.arc_length
-        numbers = np.floor(arc / OBSERVATION_LENGTH_M).astype(int)
+        laid = self.laid.length
+        numbers = np.floor(laid / OBSERVATION_LENGTH_M).astype(int)
         borders = np.searchsorted(numbers, np.arange(self._settled_number, numbers[-1] + 2))
-        last_settled = int((arc[-1] - SETTLED_M) / OBSERVATION_LENGTH_M)
+        last_settled = int((laid[-1] - SETTLED_M) / OBSERVATION_LENGTH_M)
         usable = self._usable()
         follower = _Follower(settled.branch(), clog_drop)
         for number, (start, end) in enumerate(pairwise(borders), self._settled_number):
@@ -143,8 +144,8 @@ class Observations:
         near = np.zeros(len(arc) + 1)
         np.add.at(near, np.searchsorted(arc, arc[gap] - GAP_MARGIN_M), 1)
         np.add.at(near, np.searchsorted(arc, arc[gap] + GAP_MARGIN_M, side='right'), -1)
-        return np.asarray((self._width > 0) & self.laid.laying & (arc >= self._start)
-                          & (np.cumsum(near)[:-1] == 0))
+        return np.asarray((self._width > 0) & self.laid.laying & self.laid.under_way
+                          & (arc >= self._start) & (np.cumsum(near)[:-1] == 0))
 
     def _observe(self, chosen: Index) -> _Observation:
         """Return what the path points of an index (K,) say together."""

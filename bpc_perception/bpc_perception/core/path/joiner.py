@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import takewhile
 import math
 
@@ -83,8 +84,21 @@ class ExtruderJoiner:
     def _state_at(self, time: float) -> ExtruderSample:
         before = bisect_right(self._state_times, time) - 1
         if before >= 0 and time - self._state_times[before] <= self._timeout:
-            return self._states[before]
+            return _slower(self._states[before], *self._states[before + 1:before + 2])
         return UNKNOWN_STATE
 
     def _forget_states(self, count: int) -> None:
         del self._states[:count], self._state_times[:count]
+
+
+def _slower(state: ExtruderSample, following: ExtruderSample | None = None) -> ExtruderSample:
+    """Return a state of pushing with the lower rates of it and the following, if that pushes too.
+
+    At the start of a stroke the plunger has just made up for a retraction, fast. The last state of
+    that is not how ink is laid where the nozzle leaves.
+    """
+    if following is None or not (state.extruding and following.extruding):
+        return state
+    return replace(
+        state, plunger_velocity=min(state.plunger_velocity, following.plunger_velocity),
+        flow_rate=min(state.flow_rate, following.flow_rate))

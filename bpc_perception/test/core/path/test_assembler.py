@@ -172,6 +172,16 @@ def test_an_extruder_state_holds_until_the_next() -> None:
     assert path.extruder_known.all()  # also where it does not push
 
 
+def test_between_two_states_of_pushing_the_slower_holds() -> None:
+    """The first pushes fast, to make up for a retraction, before the nozzle leaves."""
+    fast, slow = (ExtruderSample(START_NS + round(time * 1e9), True, rate, 2 * rate)
+                  for time, rate in ((0.0, 5.0), (0.405, 1.0)))
+    path = line_with([fast, slow, state(0.713, False), state(1.111)]).until(at_ns(1.3))
+    np.testing.assert_array_equal(path.plunger_velocity[path.time < 0.71], 1.0)
+    np.testing.assert_array_equal(path.flow_rate[path.time < 0.71], 2.0)
+    assert path.extruding[path.time < 0.71].all()
+
+
 def test_a_state_from_before_the_start_holds() -> None:
     path = line_with([state(-0.2), state(0.3)])
     assert path.extruding[path.time < 0.29].all()
