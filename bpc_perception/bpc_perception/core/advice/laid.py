@@ -15,8 +15,11 @@ from bpc_perception.core.advice.delivery_filter import (
 from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.path.deposition_path import DepositionPath
 
-# After each start but the first, ink is on its way for this long, known only roughly.
+# After each start but the first, ink is on its way for this long, known only roughly,
 START_S = DEAD_TIME_S + 2 * DEAD_TIME_SIGMA_S
+# and the smoothed path is slower than a nozzle that leaves or arrives.
+LEAVING_S = 0.15
+LONGEST_STEP_S = 0.05  # between two points; if it takes longer, the nozzle stands
 REACH = 3  # path points to either side over which speed and volume per length are taken
 # What may stand for the command, the better first.
 RATES = ('flow_rate', 'plunger_velocity')
@@ -33,7 +36,7 @@ class Laid:
         volume: (N,) commanded per length of path.
         arrived: (N, L) what arrives per length of path, behind each lag.
         length: (N,) arc length without pauses, in which no ink was to be pushed out [m].
-        laying: (N,) whether ink was to be laid all around each point.
+        laying: (N,) whether ink was to be laid all around each point, at the speed that it tells.
         under_way: (N,) whether it had been so for long enough that the dead time does not matter.
     """
 
@@ -90,7 +93,8 @@ def flow_behind_lags(path: DepositionPath, held: Array, known: Array) -> Array:
     return flow
 
 
-def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array) -> Laid:
+def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array,
+               until: float) -> Laid:
     """Return what is laid along a path of N points.
 
     Args:
@@ -98,15 +102,20 @@ def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array) -> L
         rate: (N,) commanded.
         held: (N,) the same without unknown ones.
         flow: (N, L) behind each lag.
+        until: time up to which nothing is missing [s].
     """
     elapsed = np.diff(path.time, prepend=path.time[:1])
     volume = per_length(path, np.cumsum(np.concatenate((held[:1], held[:-1])) * elapsed))
     between = (flow + np.concatenate((flow[:1], flow[:-1]))) / 2
     arrived = per_length(path, np.cumsum(between * elapsed[:, None], axis=0))
-    laying = _steady_around(rate > 0) & (volume > 0) & np.isfinite(volume)
+    moved = _moved(path.time)
+    since = _since_restart(moved, rate > 0)
+    stands = until - path.time[-1] > max(LONGEST_STEP_S, 3 * elapsed[-REACH:].max())
+    left = _until_stop(moved, rate > 0, stands)
+    laying = (_steady_around(rate > 0) & (np.minimum(since, left) > LEAVING_S)
+              & (volume > 0) & np.isfinite(volume))
     return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived,
-                _without_pauses(path.arc_length, rate), laying,
-                _since_restart(path.time, rate > 0) > START_S)
+                _without_pauses(path.arc_length, rate), laying, since > START_S)
 
 
 def per_length(path: DepositionPath, amount: Array, length: Array | None = None) -> Array:
@@ -133,14 +142,30 @@ def _steady_around(pushing: Flags) -> Flags:
                       == pauses[np.maximum(each - 2 * REACH, 0)])
 
 
-def _since_restart(time: Array, pushing: Flags) -> Array:
-    """Return how long (N,) ink has been pushed out after a pause [s]; before the first, inf.
+def _moved(time: Array) -> Array:
+    """Return for how long (N,) the nozzle has moved along the path [s]; where it stands, none."""
+    return np.cumsum(np.minimum(np.diff(time, prepend=time[:1]), LONGEST_STEP_S))
 
-    How a print begins is told by what it was set up for; how it goes on after a pause is not.
+
+def _since_restart(moved: Array, pushing: Flags) -> Array:
+    """Return how long (N,) the nozzle has moved since ink was switched on after a pause [s].
+
+    Before the first pause it is inf: how a print begins is told by what it was set up for, how it
+    goes on is not.
     """
     begins = pushing & ~np.concatenate(([False], pushing[:-1]))
-    since = np.maximum.accumulate(np.where(begins, time, -np.inf))
-    return np.where(np.cumsum(begins) > 1, time - since, np.inf)
+    since = np.maximum.accumulate(np.where(begins, moved, -np.inf))
+    return np.where(np.cumsum(begins) > 1, moved - since, np.inf)
+
+
+def _until_stop(moved: Array, pushing: Flags, stands: bool) -> Array:
+    """Return how long (N,) the nozzle moves until ink is switched off [s]; inf = not yet known.
+
+    Where a nozzle stands that pushed until there, it is switched off, or about to be.
+    """
+    ends = pushing & ~np.concatenate((pushing[1:], [not stands]))
+    until = np.minimum.accumulate(np.where(ends, moved, np.inf)[::-1])[::-1]
+    return np.asarray(until - moved)
 
 
 def _without_pauses(arc: Array, rate: Array) -> Array:

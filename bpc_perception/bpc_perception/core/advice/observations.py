@@ -97,7 +97,8 @@ class Observations:
         rate = commanded_rates(path, self._rate)
         held = held_rates(rate)
         self._flow = flow_behind_lags(path, held, self._flow)
-        self.laid = laid_along(path, rate, held, self._flow)
+        self.laid = laid_along(path, rate, held, self._flow,
+                               (profile.stamp_ns - path.start_ns) * 1e-9)
         self._take_widths(profile)
 
     def _take_widths(self, profile: ThicknessProfile) -> None:
