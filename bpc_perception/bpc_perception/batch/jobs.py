@@ -18,7 +18,7 @@ from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
-from bpc_perception.report.result_folder import replacing, SUMMARY
+from bpc_perception.report.result_folder import holds_recording, replacing, SUMMARY
 from bpc_perception.runtime.exit_status import REFUSED
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
@@ -65,13 +65,17 @@ def find_jobs(folder: Path, out: Path, hand_eye: Path | None,
     """Return the recordings below a folder, each with a folder of its own for the results.
 
     Raises:
-        ValueError: there are none.
+        ValueError: there are none, or results would get into the folder of one.
     """
     bags = find_bags(folder)
     if not bags:
         raise ValueError(f'{folder}: expected recordings in it or below, found none')
     names = [str(bag.relative_to(folder)) if bag != folder else folder.absolute().name
              for bag in bags]
+    for name in names:
+        if recorded := holds_recording(out / name):
+            raise ValueError(f'{out}: expected a folder apart from the recordings, found '
+                             f'{name}/{recorded} in it')
     return [Job(name, bag.absolute(), (out / name).absolute(), hand_eye and hand_eye.absolute(),
                 parameters and parameters.absolute())
             for name, bag in zip(names, bags, strict=True)]
@@ -98,7 +102,7 @@ def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
             results = PrintResults(folder, provenance, Wanted(), capture_count(recording.bag),
                                    lambda: held.texts)
             for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
-                                      recording.recorder):
+                                      recording.recorder, recording.print_id):
                 results.add(result)
             results.finish()
         rows = finished(job, provenance.fingerprint)

@@ -55,7 +55,7 @@ def measure(
             lambda: WARNINGS.texts)
         with terminal.progress('measure', expected) as advance:
             for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
-                                      recording.recorder):
+                                      recording.recorder, recording.print_id):
                 table.add(result)
                 results.add(result)
                 advance()

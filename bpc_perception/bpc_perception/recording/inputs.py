@@ -14,11 +14,16 @@ from bpc_perception.recording.bag import Bag
 
 # Files of these names in the folder of a recording belong to it.
 HAND_EYE, PARAMETERS, TARGETS = 'hand_eye.calib', 'params.yaml', 'targets.csv'
+PRINT_ID = 'print_id.txt'  # of the print whose recording it is, if it is one of a single print
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """A recording with its calibration and settings."""
+    """A recording with its calibration and settings.
+
+    Attributes:
+        print_id: of the only print to measure; empty = all.
+    """
 
     bag: Bag
     hand_eye_file: Path
@@ -26,6 +31,7 @@ class Inputs:
     parameter_file: Path | None
     thickness: ThicknessConfig
     recorder: RecorderConfig
+    print_id: str = ''
 
     @property
     def targets(self) -> WidthTargets | None:
@@ -72,5 +78,7 @@ def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
     targets = folder / TARGETS
     if own and targets.is_file():  # the table may have been moved or changed since
         thickness = replace(thickness, advice=replace(thickness.advice, target_file=str(targets)))
+    name = folder / PRINT_ID
     return Inputs(opened, hand_eye, load_hand_eye(hand_eye), parameters,
-                  thickness, configure(RecorderConfig(), 'path_recorder', parameters))
+                  thickness, configure(RecorderConfig(), 'path_recorder', parameters),
+                  name.read_text('utf-8').strip() if name.is_file() else '')

@@ -34,8 +34,8 @@ MAXIMUM_LEAD_NS = 10**9
 FIRST_COUNT, RECENT_COUNT = 15, 101
 
 
-def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
-                recorder: RecorderConfig) -> Iterator[Result]:
+def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig, recorder: RecorderConfig,
+                print_id: str = '') -> Iterator[Result]:
     """Measure each complete capture of a recording, and yield the results in order.
 
     The path is assembled from the recorded poses and extruder states. Prints that the recorder was
@@ -44,9 +44,14 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
 
     A capture waits for its part of the path no longer than live, by the time of recording.
 
+    With ``print_id`` that print alone is measured. Its recording also has what came shortly before
+    and after it, of other prints.
+
     Raises BagError when a needed topic is missing or empty.
     """
     measurement = _OfflineMeasurement(bag, hand_eye, config, recorder)
+    if print_id:
+        measurement.take_only(print_id)
     for topic, log_ns, message in _without_future(bag.messages(measurement.topics)):
         yield from measurement.take(topic, log_ns, message)
     yield from measurement.finish()
@@ -64,6 +69,7 @@ class _OfflineMeasurement:
         cameras = find_topics(bag, topics.CAMERA)
         self._poses = FlangePoses(recorder.pose, recorder.base_frame)
         path_sources = _find_path_sources(bag, self._poses)
+        self._bag, self._print_id = bag, ''
         self._assembled = topics.PATH in path_sources.values()  # the recording has the path
         if not self._assembled:
             path_sources |= _find_recorded_path(bag)
@@ -84,6 +90,16 @@ class _OfflineMeasurement:
             topics.PATH: self._take_path if self._assembled else self._follow_path,
             **{name: partial(self._take_camera_message, name) for name in topics.CAMERA}}
 
+    def take_only(self, print_id: str) -> None:
+        """Start this print when it began live, and give the results of no other."""
+        paths = {topic for topic, name in self._names.items() if name == topics.PATH}
+        start_ns = next((stamp_to_ns(path.header.stamp)
+                         for _, _, path in self._bag.messages(paths)
+                         if path.print_id == print_id), None)
+        if start_ns is not None:
+            self._print_id = print_id
+            self._tracker.start(start_ns)
+
     def take(self, topic: str, log_ns: int, message: Any) -> Iterator[Result]:
         """Take a message recorded at ``log_ns``; yield the results it makes possible."""
         self._advance_clock(log_ns)
@@ -97,12 +113,16 @@ class _OfflineMeasurement:
         if self._session.waiting:
             if not self._assembled and (path := self._tracker.path()) is not None:
                 self._session.set_path(path)
-            yield from self._session.results(self._now_ns)
+            yield from self._of_the_print(self._session.results(self._now_ns))
 
     def finish(self) -> Iterator[Result]:
         """Give up incomplete captures, and yield the results of all that still wait."""
         _log_problems(self._pairer.give_up(before_ns=1))  # all: nothing more will come
-        yield from self._session.results(finish=True)
+        yield from self._of_the_print(self._session.results(finish=True))
+
+    def _of_the_print(self, results: Iterator[Result]) -> Iterator[Result]:
+        return (result for result in results if result.profile is None
+                or self._print_id in ('', result.profile.print_id))
 
     def _advance_clock(self, log_ns: int) -> None:
         step_ns = log_ns - self._last_log_ns

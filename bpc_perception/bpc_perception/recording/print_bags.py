@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from bpc_perception.recording.bag_writer import BagWriter, begin_recording
+from bpc_perception.recording.inputs import PRINT_ID
 from bpc_perception.recording.print_folder import free_recording, print_folder
 
 HISTORY_NS = 10 * 10**9  # before the start of a print that is recorded, too
@@ -62,7 +63,8 @@ class PrintBags:
             self._behind, self._written_ns = True, 0
             folder = print_folder(self.path, print_id)
             folder.mkdir(parents=True, exist_ok=True)
-            self._bag = begin_recording(free_recording(folder), self._types, self._beside)
+            beside = {**self._beside, PRINT_ID: print_id.encode()}
+            self._bag = begin_recording(free_recording(folder), self._types, beside)
         if not finished:
             self._ended_ns = None
         elif self._ended_ns is None:

@@ -19,8 +19,12 @@ OURS = re.compile(r'profile\.csv|summary\.json|report\.html|figures|capture_\d{4
 def check_out(folder: Path) -> None:
     """Raise ValueError unless results can be written to this folder, which is made if missing.
 
-    It is to be new, empty, or one with an earlier result, which is replaced.
+    It is to be new, empty, or one with an earlier result, which is replaced. It is not to be that
+    of a recording, or of a print that was measured live: these cannot be made again.
     """
+    if recorded := holds_recording(folder):
+        raise ValueError(f'{folder}: expected a folder for results of their own, found that of '
+                         f'a recording or a live print, with {recorded}')
     if expect_room_for(folder, 'the outputs') != folder or _holds_result(folder):
         return
     foreign = next((path.name for path in sorted(folder.iterdir())
@@ -28,6 +32,13 @@ def check_out(folder: Path) -> None:
     if foreign is not None:
         raise ValueError(f'{folder}: expected a new folder, an empty one, or an earlier result '
                          f'of bpc, found {foreign}')
+
+
+def holds_recording(folder: Path) -> str:
+    """Return the name of a recording in a folder, or of a folder with one; empty = none."""
+    patterns = '*.mcap', '*.db3', '*/*.mcap', '*/*.db3'
+    found = sorted(path for pattern in patterns for path in folder.glob(pattern))
+    return str(found[0].relative_to(folder)) if found else ''
 
 
 def expect_room_for(folder: Path, what: str) -> Path:

@@ -19,13 +19,14 @@ from perception_builders import (
 import pytest
 
 from bpc_perception.core.config import AdviceConfig, PathConfig, RecorderConfig, ThicknessConfig
+from bpc_perception.core.path.print_id import print_id_of
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.session import Result
 
 pytest.importorskip('rclpy')
 from geometry_msgs.msg import PoseStamped
 
-from bpc_interfaces.msg import ExtrusionState
+from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.pose import pose_to_message
@@ -150,3 +151,22 @@ def test_what_comes_late_into_a_recording_is_said_once(
     entries[300:300] = [*source(0.5), *source(0.6)]
     assert told(measured(Recorded(entries))) == expected
     assert caplog.text.count('found some late, twice or a jump') == 1
+
+
+def test_of_the_recording_of_a_print_no_other_is_measured() -> None:
+    """What came shortly before the start has ink of the print before."""
+    begun = DepositionPath(print_id=print_id_of(at_ns(1.205)))
+    begun.header.stamp = ns_to_stamp(at_ns(1.205))
+    bag = Recorded(sorted([*recorded(), (topics.PATH, at_ns(1.25), begun)],
+                          key=lambda entry: entry[1]))
+    bag.topics[topics.PATH] = topics.type_name(DepositionPath)
+
+    def found(print_id: str) -> list[tuple[str, bool]]:
+        results = measure_bag(bag, HandEye(True, DOWN), CONFIG, RECORDER, print_id)
+        return [(result.profile.print_id if result.profile else '', bool(result.refusal))
+                for result in results]
+
+    own, before = begun.print_id, print_id_of(at_ns(0.0))
+    assert found(own) == [('', True), (own, False), (own, False), (own, False)]
+    assert found('') == [(before, False), (own, False), (own, False), (own, False)]
+    assert found('of which it has no path') == found('')

@@ -8,6 +8,7 @@ import pytest
 
 from bpc_perception.core.path.print_id import print_id_of, start_of
 from bpc_perception.recording import mcap_file
+from bpc_perception.recording.inputs import PRINT_ID
 from bpc_perception.recording.print_bags import AFTER_NS, HISTORY_NS, PrintBags
 from bpc_perception.recording.print_folder import free_recording, print_folder
 
@@ -48,6 +49,7 @@ def test_a_print_is_recorded_with_what_came_before_it(tmp_path: Path) -> None:
     assert [data for topic, _, data in found if topic == '/profile'] == [b'own']
     assert [time for _, time, _ in found] == sorted(time for _, time, _ in found)
     assert (folder / 'params.yaml').read_bytes() == b'{}'
+    assert (folder / PRINT_ID).read_text() == FIRST
     assert (folder / 'metadata.yaml').exists()
 
 

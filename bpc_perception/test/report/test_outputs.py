@@ -4,6 +4,7 @@ from dataclasses import replace
 import json
 import math
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from bpc_perception.core.profile import Status
 from bpc_perception.report import outputs
 from bpc_perception.report.pages import report_page
 from bpc_perception.report.print_log import PrintLog
+from bpc_perception.report.result_folder import check_out, SUMMARY
 from bpc_perception.report.summary import summarize
 
 NAMES = ['profile.csv', 'summary.json', 'report.html']
@@ -136,3 +138,14 @@ def test_summary_takes_its_place_last(tmp_path, log, provenance, monkeypatch):
     assert {'profile.csv', 'report.html', 'thickness.pdf', 'map.svg'} < set(moved)
 
 
+
+
+@pytest.mark.parametrize('place', ['recording/recording_0.mcap', 'bag_0.mcap', 'old/bag_0.db3'])
+def test_the_folder_of_a_recording_is_no_place_for_other_results(tmp_path: Path,
+                                                                 place: str) -> None:
+    """As that of a live print, whose results cannot be made again."""
+    (tmp_path / place).parent.mkdir(exist_ok=True)
+    (tmp_path / place).touch()
+    (tmp_path / SUMMARY).write_text('{"fingerprint": ""}')
+    with pytest.raises(ValueError, match='expected a folder for results of their own'):
+        check_out(tmp_path)

@@ -142,6 +142,14 @@ def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
         find_jobs(tmp_path, tmp_path / 'out', None, None)
 
 
+def test_results_do_not_get_into_recordings(tmp_path: Path) -> None:
+    (tmp_path / 'recording').mkdir()
+    (tmp_path / 'recording' / 'recording_0.mcap').touch()
+    with pytest.raises(ValueError, match='expected a folder apart from the recordings, found '
+                                         r'recording/recording_0\.mcap in it'):
+        find_jobs(tmp_path, tmp_path, None, None)
+
+
 def test_recordings_are_found_as_they_are_left(tmp_path: Path) -> None:
     for file in ('whole/metadata.yaml', 'whole/x_0.mcap', 'whole/x_1.mcap', 'killed/killed_0.mcap',
                  'loose/a.mcap', 'loose/b.db3', 'loose/notes.txt', 'deep/er/er_0.db3'):

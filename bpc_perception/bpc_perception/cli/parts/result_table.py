@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
@@ -13,7 +15,7 @@ from bpc_perception.display.wording import advice_in_a_line
 from bpc_perception.report.entries import advice_entry, profile_entry, result_entry
 
 # What was changed since the first advice of the print, as far as it is heard, is under "printer".
-HEADER = ('capture', 'path mm', 'known', 'thickness mm', 'gaps', 'printer', 'advice')
+HEADER = ('capture', 'ink mm', 'known', 'thickness mm', 'gaps', 'printer', 'advice')
 COLUMN_WIDTHS = (7, 7, 5, 13, 10, 25, 0)  # letters
 
 
@@ -41,7 +43,7 @@ class ResultTable:
             self._first.clear()
         self._print_id = profile.print_id
         summary = profile.summary
-        length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
+        length_mm = float(np.diff(profile.strokes.commanded).sum()) * MM_PER_M
         thickness = ('-' if math.isnan(summary.thickness_mean) else
                      f'{summary.thickness_mean * MM_PER_M:.3f} ± '
                      f'{summary.thickness_std * MM_PER_M:.3f}')

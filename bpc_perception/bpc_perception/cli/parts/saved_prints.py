@@ -66,20 +66,30 @@ def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> I
     if saved is None:
         yield
         return
-    with Nodes(saved.parameters, remappings=saved.remappings,
-               end_patience=END_PATIENCE_S) as nodes:
-        nodes.start('bpc_perception.nodes.bag_recorder', prints=str(saved.folder.absolute()),
-                    **recorder_settings(saved.hand_eye, saved.parameters))
-        nodes.start('bpc_perception.nodes.results_writer', prints=str(saved.folder.absolute()),
-                    hand_eye_file=str(saved.hand_eye),
-                    parameter_file=str(saved.parameters or ''))
-        monitor.checks.append(_Keeper(Supervisor(nodes, monitor.node), terminal).check)
-        yield
-    for print_id in monitor.print_ids:
-        folder = print_folder(saved.folder, print_id)
-        if folder.is_dir():
+    before = _folders(saved.folder)
+    try:
+        with Nodes(saved.parameters, remappings=saved.remappings,
+                   end_patience=END_PATIENCE_S) as nodes:
+            nodes.start('bpc_perception.nodes.bag_recorder', prints=str(saved.folder.absolute()),
+                        **recorder_settings(saved.hand_eye, saved.parameters))
+            nodes.start('bpc_perception.nodes.results_writer', prints=str(saved.folder.absolute()),
+                        hand_eye_file=str(saved.hand_eye),
+                        parameter_file=str(saved.parameters or ''))
+            monitor.checks.append(_Keeper(Supervisor(nodes, monitor.node), terminal).check)
+            yield
+    finally:
+        measured = {print_folder(saved.folder, print_id) for print_id in monitor.print_ids}
+        folders = sorted((_folders(saved.folder) - before)
+                         | {folder for folder in measured if folder.is_dir()})
+        for folder in folders:
             terminal.files(path for path in sorted(folder.iterdir())
                            if not path.name.startswith('.'))
+        if not folders:
+            terminal.say('Nothing is saved: no print began.')
+
+
+def _folders(prints: Path) -> set[Path]:
+    return {path for path in prints.iterdir() if path.is_dir()} if prints.is_dir() else set()
 
 
 @dataclass

@@ -23,8 +23,8 @@ class JumpError(ValueError):
 class PrintTracker:
     """Starts and stops prints, on request or by itself when ink is pushed out.
 
-    A print that stopped by itself goes on when ink is pushed out over, beside or above what was
-    laid: it was a pause. One that was stopped on request does not.
+    A print that stopped by itself goes on when ink is pushed out beside or above what was laid: it
+    was a pause. One that was stopped on request does not.
 
     A little history is kept, so that a print starts and stops at the stamps that say so, and
     not with the messages that happened to have arrived.
@@ -42,6 +42,7 @@ class PrintTracker:
         self._may_go_on = False
         # When ink came after a pause, until it is known where.
         self._undecided_ns: int | None = None
+        self._flows_on = False  # since a stop on request
 
     def add_pose(self, stamp_ns: int, tip: Array) -> bool:
         """Add a position (3,) of the nozzle tip in the robot base frame [m].
@@ -80,6 +81,7 @@ class PrintTracker:
             self._stop_after_pause(sample.stamp_ns)
         if self._print is not None:
             self._print.add_extruder(sample)
+        self._flows_on &= sample.extruding
         if self._config.auto and sample.extruding:
             self._take_note_of_extrusion(sample.stamp_ns)
         return True
@@ -92,8 +94,8 @@ class PrintTracker:
 
     def _take_note_of_extrusion(self, stamp_ns: int) -> None:
         """Remember when ink was pushed out last, and start a print unless one is running."""
-        self._last_extruding_ns = stamp_ns
-        if self._running or self._undecided_ns is not None:
+        self._last_extruding_ns = max(self._last_extruding_ns, stamp_ns)
+        if self._running or self._undecided_ns is not None or self._flows_on:
             return
         if self._may_go_on:
             self._undecided_ns = stamp_ns
@@ -136,12 +138,18 @@ class PrintTracker:
             if pose_ns >= stamp_ns:
                 self._print.add_pose(pose_ns, tip)
         self._running = self._may_go_on = True
-        self._undecided_ns = None
+        self._undecided_ns, self._flows_on = None, False
         self._last_extruding_ns = max(self._last_extruding_ns, stamp_ns)
 
     def stop(self, stamp_ns: int) -> bool:
-        """Let the running print end at this time, for good; return False if none runs."""
+        """Let the running print end at this time, for good; return False if none runs.
+
+        Ink that flows on meanwhile starts no other.
+        """
         stopped = self._stop(stamp_ns)
+        at_stop = [sample.extruding for sample in self._states if sample.stamp_ns <= stamp_ns][-1:]
+        later = [sample.extruding for sample in self._states if sample.stamp_ns > stamp_ns]
+        self._flows_on = stopped and bool(at_stop) and all(at_stop + later)
         self._may_go_on = False
         self._undecided_ns = None
         return stopped
@@ -183,7 +191,7 @@ class PrintTracker:
         self._poses.clear()
         self._states.clear()
         self._print = None
-        self._running = self._may_go_on = False
+        self._running = self._may_go_on = self._flows_on = False
         self._undecided_ns = None
 
     def path(self) -> DepositionPath | None:

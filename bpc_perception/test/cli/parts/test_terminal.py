@@ -16,7 +16,7 @@ def test_people_get_lines(capsys, profile, advice):
     terminal.warn('look here')
     said = capsys.readouterr()
     head, line = said.out.splitlines()
-    assert head.startswith('capture  path mm')
+    assert head.startswith('capture  ink mm')
     assert 'over extrusion: flow x 0.70 or speed x 1.40' in line
     assert said.err == 'bpc: look here\n'
 

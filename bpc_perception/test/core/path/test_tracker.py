@@ -252,10 +252,37 @@ def test_ink_beside_or_above_goes_on_with_the_print(start: tuple[float, float, f
 
 
 @pytest.mark.parametrize('start', [(0.0, 0.05, 0.0), (0.0, 0.0, 0.0), (0.01, 0.0, -0.01),
-                                   (0.01, 0.0, 0.05)], ids=['away', 'anew', 'below', 'far above'])
+                                   (0.01, 0.0, 0.05), (0.01, 0.0, 0.0001)],
+                         ids=['away', 'anew', 'below', 'far above', 'on ink'])
 def test_ink_elsewhere_or_the_same_once_more_is_another_print(
         start: tuple[float, float, float]) -> None:
     assert len(set(identifiers((0.0, 0.0, 0.0), start))) == 2
+
+
+def test_ink_goes_on_where_the_nozzle_stopped() -> None:
+    assert len(set(identifiers((0.0, 0.0, 0.0), (0.02, 0.0, 0.0)))) == 1
+
+
+def test_ink_that_flows_on_after_a_stop_is_no_print() -> None:
+    tracker = PrintTracker(PAUSE)
+    times = np.arange(300) / 100
+    feed(tracker, times, np.column_stack((0.01 * times, 0 * times, 0 * times)),
+         [state(time, bool(time < 2.5)) for time in times[::2] if time < 1.5])
+    first = tracker.path()
+    assert first is not None
+    tracker.stop(at_ns(1.4))
+    for time in np.arange(1.5, 3.0, 0.02):
+        tracker.add_extruder(state(float(time), bool(time < 2.5 or time > 2.7)))
+        path = tracker.path()
+        assert path is not None
+        assert (path.print_id == first.print_id) == (time <= 2.7)
+    # On request a print starts at once.
+    tracker.stop(at_ns(2.99))
+    tracker.start(at_ns(3.0))
+    tracker.add_extruder(state(3.01))
+    path = tracker.path()
+    assert path is not None
+    assert path.start_ns == at_ns(3.0)
 
 
 def test_a_day_later_it_is_another_print() -> None:
