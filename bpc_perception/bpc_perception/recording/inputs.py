@@ -61,8 +61,15 @@ def targets_of(advice: AdviceConfig) -> WidthTargets | None:
 def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
     """Open a recording; without files given, take those in the folder of the recording.
 
+    The folder of a print stands for its recording, if it has one alone.
+
     Raises ValueError when something is missing or unfit.
     """
+    recordings = sorted(path.name for path in bag.glob('recording*') if path.is_dir())
+    if len(recordings) > 1:
+        raise ValueError(f'{bag}: expected one recording, found {" and ".join(recordings)}; '
+                         'name one')
+    bag = bag / recordings[0] if recordings else bag
     opened = Bag(bag)
     folder = bag if bag.is_dir() else bag.parent
     hand_eye = hand_eye or folder / HAND_EYE

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.report.outputs import write_outputs
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
+from bpc_perception.report.result_folder import SUMMARY
 
 
 def seen(stamp_ns: int, image: NDArray[np.uint8], camera: PinholeCamera) -> Capture:
@@ -46,9 +49,13 @@ class LiveResults:
         return print_id != self.print_id
 
     def add(self, profile: ThicknessProfile, result: Result) -> None:
-        """Take a result with its profile; begin anew if it is of another print."""
+        """Take a result with its profile; begin anew if it is of another print.
+
+        What was written of that print before, as by a process that was killed, is gone on with.
+        """
         if self.begins_with(profile.print_id):
             self._log, self.print_id = PrintLog(), profile.print_id
+            self._log.go_on(_written(self.folder, self.print_id))
         self._log.add(result)
         self.changed = True
 
@@ -60,3 +67,12 @@ class LiveResults:
         files = write_outputs(self.folder, self._log, provenance)
         self.changed = False
         return files
+
+
+def _written(folder: Path, print_id: str) -> list[dict[str, Any]]:
+    """Return what a summary in a folder says of the captures of a print; nothing if it cannot."""
+    try:
+        summary = json.loads((folder / SUMMARY).read_text('utf-8'))
+        return list(summary['captures']) if summary['print_id'] == print_id else []
+    except (OSError, ValueError, LookupError, TypeError):
+        return []

@@ -46,6 +46,11 @@ class PrintLog:
             log.add(result)
         return log
 
+    def go_on(self, entries: list[dict[str, Any]]) -> None:
+        """Go on with a log that was left off after these entries, which have no pictures."""
+        self.entries = entries
+        self.thumbnails.skip(len(entries))
+
     def add(self, result: Result) -> None:
         """Take note of what came of a capture."""
         if result.profile is not None and self.wanted in (None, result.profile.capture):

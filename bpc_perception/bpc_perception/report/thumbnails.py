@@ -44,9 +44,13 @@ class Thumbnails:
         self._count, self._every = 0, 1
         self.pictures: dict[int, bytes] = {}
 
+    def skip(self, count: int) -> None:
+        """Leave out the first captures, of which there are no pictures."""
+        self._count = count
+
     def add(self, result: Result) -> None:
         """Add the overlay of a capture, or its mere image where nothing was measured."""
-        if self._count and (self._count - 1) % self._every:
+        if self.pictures and (self._count - 1) % self._every:
             del self.pictures[self._count - 1]  # it was kept only as the last
         data, width = encode(draw(result, self._width), self._largest)
         # Captures are much alike: the next needs about the same width.

@@ -43,6 +43,23 @@ def test_files_grow_with_the_print(tmp_path, capture_of, provenance):
         assert captures_in(folder) == list(range(number + 1))
 
 
+def test_who_was_killed_goes_on_with_what_was_written(tmp_path, capture_of, provenance):
+    for number in range(3):
+        killed = LiveResults(tmp_path)
+        killed.add(*capture_of(FIRST, number))
+        killed.write(provenance)
+    folder = print_folder(tmp_path, FIRST)
+    assert captures_in(folder) == [0, 1, 2]
+    report = (folder / 'report.html').read_text('utf-8')
+    assert report.count('image/webp') >= 1
+    for spoiled in ('{', '[]', '{"print_id": "another", "captures": [1]}'):
+        (folder / 'summary.json').write_text(spoiled)
+        live = LiveResults(tmp_path)
+        live.add(*capture_of(FIRST, 7))
+        live.write(provenance)
+        assert captures_in(folder) == [7]
+
+
 def test_another_print_has_another_folder(tmp_path, capture_of, provenance):
     live = LiveResults(tmp_path)
     for print_id, count in ((FIRST, 2), (SECOND, 1)):
