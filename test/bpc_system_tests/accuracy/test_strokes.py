@@ -176,6 +176,23 @@ def test_a_string_on_travel_is_ooze() -> None:
     assert profile.summary.gap_count == 0
 
 
+@pytest.mark.parametrize('width', [0.3e-3, 0.5e-3, 0.8e-3])
+def test_a_string_beside_a_stroke_is_no_part_of_its_width(width: float) -> None:
+    """One way each: travel leaves and reaches the strokes at a small angle."""
+    job = stroke_job(parallel_lines(4, 5 * MM, 0.036), SPEED_M_PER_S, Travel(0, 0, 0.3 * MM))
+    way = np.array([(each.start, each.end) for each in job.travels])
+    stringing = replace(job, commanded=Deposit(
+        job.commanded.curve,
+        lambda s: np.where(((s[..., None] > way[:, 0]) & (s[..., None] < way[:, 1])).any(axis=-1),
+                           width, 2 * MM),
+        np.empty((0, 2))))
+    capture = stringing.capture(job.duration, 0, START_NS + round(job.duration * 1e9))
+    judged = Judged(job, measure(capture, path_of(job), job.view.T_base_camera,
+                                 ThicknessConfig()))
+    assert not judged.wrong.any()
+    assert judged.mae < 0.05 * MM
+
+
 @pytest.mark.parametrize('hop', [0.3e-3, 2e-3])
 def test_dense_strokes_are_told_apart(hop: float) -> None:
     job = dense(SPEED_M_PER_S, hop)

@@ -25,7 +25,8 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
                    look: Callable[[Track, Index], StatusArray]) -> Samples:
     """Return the samples of a path with those of travel looked at.
 
-    Where travel passes over a stroke, nothing is known of it: the ink there is the stroke's.
+    Where travel passes over a stroke, nothing is known of it: the ink there is the stroke's. Where
+    a string of ink on travel joins a stroke, the width of that is not known: it is a JUNCTION.
 
     Args:
         view: the capture.
@@ -49,14 +50,20 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
     asked = travel[thinned(number[travel], max(1, round(pixel / typical_spacing(track.points))))]
     if len(asked) < 2:
         return samples
-    found = look(track, asked)
-    nearest = np.minimum(np.searchsorted(asked, travel), len(asked) - 1)
-    status = found[nearest]
-    over = _over_strokes(bed.coordinates(part.points), samples.of(kept[laid]), laid, travel,
-                         OWN_INK_PX * pixel)
-    status[over & (status == Status.OOZE)] = Status.NO_DATA
+    status = look(track, asked)[np.minimum(np.searchsorted(asked, travel), len(asked) - 1)]
+    own = samples.of(kept[laid])
+    ways = _Ways(bed.coordinates(part.points), own, laid, travel, OWN_INK_PX * pixel)
+    string = ways.strings(status == Status.OOZE, number[travel])
+    # A string that is thinner than a pixel is neither ink nor bed, but takes the edge with it.
+    doubtful = ways.strings(np.isin(status, (Status.OOZE, Status.LOW_CONFIDENCE)), number[travel],
+                            ways.within)
+    joined = ways.joined_by(string | doubtful) & (own.status == Status.MEASURED)
+    status[ways.over & (status == Status.OOZE) & ~string] = Status.NO_DATA
     blank = unseen(len(travel))
-    return samples.with_part(kept[travel], Samples(blank.sides, status, blank.sigma))
+    return samples.with_part(
+        kept[laid], Samples(own.sides, np.where(joined, Status.JUNCTION, own.status).astype(
+            np.uint8), own.sigma)).with_part(
+        kept[travel], Samples(blank.sides, status, blank.sigma))
 
 
 def _lowered(path: DepositionPath, laid: Index, bed: Plane) -> DepositionPath:
@@ -67,22 +74,63 @@ def _lowered(path: DepositionPath, laid: Index, bed: Plane) -> DepositionPath:
     return path.moved_to(path.points - lift[:, None] * bed.normal)
 
 
-def _over_strokes(places: Array, samples: Samples, laid: Index, travel: Index,
-                  margin: float) -> Flags:
-    """Return which travel points (T,) lie on the ink of a stroke, or within a margin [m].
+class _Ways:
+    """T points of travel beside S points of strokes.
 
-    Args:
-        places: (N, 2) of the path points on the bed [m].
-        samples: of the strokes.
-        laid: (S,) index of the points of strokes.
-        travel: (T,) index of those of travel.
-        margin: [m].
+    Attributes:
+        over: (T,) whether each lies on the ink of a stroke, as wide as strokes usually are, or
+            within a margin.
+        within: (T,) whether each lies clearly outside of a usual stroke, but inside of its edge.
     """
-    half = np.fmax(samples.sides.left_distance, samples.sides.right_distance)
-    usual = np.nanmedian(half) if np.isfinite(half).any() else 0.0
-    half = np.where(np.isfinite(half), half, usual) + margin
-    distance, near = cKDTree(places[laid]).query(places[travel])
-    return np.asarray(distance <= half[near])
+
+    def __init__(self, places: Array, strokes: Samples, laid: Index, travel: Index,
+                 margin: float) -> None:
+        """Find what lies near to what.
+
+        Args:
+            places: (N, 2) of the path points on the bed [m].
+            strokes: (S,) samples.
+            laid: (S,) index of the points of strokes.
+            travel: (T,) index of those of travel.
+            margin: beyond the edge of a stroke [m].
+        """
+        half = np.fmax(strokes.sides.left_distance, strokes.sides.right_distance)
+        usual = np.nanmedian(half) if np.isfinite(half).any() else 0.0
+        self._half = np.where(np.isfinite(half), half, usual)
+        self._reach = usual + margin
+        self._strokes, self._margin = places[laid], margin
+        self._travel = places[travel]
+        self._distance, self._near = cKDTree(self._strokes).query(self._travel)
+        self.over: Flags = self._distance <= np.fmin(self._half[self._near] + margin,
+                                                     self._reach)
+        self.within: Flags = (self._distance > self._reach - margin / 2) & (
+            self._distance <= self._half[self._near])
+
+    def strings(self, inked: Flags, way: Index, sure: Flags | None = None) -> Flags:
+        """Return which points of travel (T,) lie on a string of ink.
+
+        That is ink all along the travel from where it lies beside the strokes. Ink on strokes
+        alone is theirs.
+
+        Args:
+            inked: (T,) whether there is ink.
+            way: (T,) number of the travel.
+            sure: (T,) where ink is no stroke's; None = where travel is over none.
+        """
+        first, end = runs(2 * way + inked)
+        beside = np.concatenate(([0], np.cumsum(inked & (~self.over if sure is None else sure))))
+        return np.asarray(inked & (beside[end] > beside[first]) & (
+            self._distance > self._reach - 2 * self._margin))
+
+    def joined_by(self, string: Flags) -> Flags:
+        """Return which points of strokes (S,) have an edge that a string (T,) is part of."""
+        touching = string & (self._distance <= self._half[self._near] + self._margin)
+        joined = np.zeros(len(self._strokes), bool)
+        if touching.any():
+            joined[self._near[touching]] = True
+            distance, _ = cKDTree(self._strokes[joined]).query(self._strokes)
+            joined |= distance <= self._reach
+        return joined
 
 
 def as_travel(status: StatusArray) -> StatusArray:
