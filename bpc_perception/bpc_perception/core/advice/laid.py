@@ -36,8 +36,9 @@ class Laid:
         volume: (N,) commanded per length of path.
         arrived: (N, L) what arrives per length of path, behind each lag.
         length: (N,) arc length without pauses, in which no ink was to be pushed out [m].
-        laying: (N,) whether ink was to be laid all around each point, at the speed that it tells.
-        under_way: (N,) whether it had been so for long enough that the dead time does not matter.
+        laying: (N,) whether ink was to be laid all around each point.
+        steady: (N,) whether the nozzle neither left nor arrived, so that speed and volume hold.
+        under_way: (N,) whether it had moved for so long that the dead time does not matter.
     """
 
     rate: Array
@@ -46,6 +47,7 @@ class Laid:
     arrived: Array
     length: Array
     laying: Flags
+    steady: Flags
     under_way: Flags
 
 
@@ -112,10 +114,10 @@ def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array,
     since = _since_restart(moved, rate > 0)
     stands = until - path.time[-1] > max(LONGEST_STEP_S, 3 * elapsed[-REACH:].max())
     left = _until_stop(moved, rate > 0, stands)
-    laying = (_steady_around(rate > 0) & (np.minimum(since, left) > LEAVING_S)
-              & (volume > 0) & np.isfinite(volume))
+    laying = _steady_around(rate > 0) & (volume > 0) & np.isfinite(volume)
     return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived,
-                _without_pauses(path.arc_length, rate), laying, since > START_S)
+                _without_pauses(path.arc_length, rate), laying,
+                np.minimum(since, left) > LEAVING_S, since > START_S)
 
 
 def per_length(path: DepositionPath, amount: Array, length: Array | None = None) -> Array:

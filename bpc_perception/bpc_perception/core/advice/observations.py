@@ -84,7 +84,7 @@ class Observations:
         self._flow = np.zeros((0, len(LAGS_S)))  # behind each lag, at each path point
         none = np.zeros(0)
         never = np.zeros(0, bool)
-        self.laid = Laid(none, none, none, self._flow, none, never, never)
+        self.laid = Laid(none, none, none, self._flow, none, never, never, never)
         self._width = none
         self._sigma = none
         self._start = start
@@ -145,7 +145,8 @@ class Observations:
         near = np.zeros(len(arc) + 1)
         np.add.at(near, np.searchsorted(arc, arc[gap] - GAP_MARGIN_M), 1)
         np.add.at(near, np.searchsorted(arc, arc[gap] + GAP_MARGIN_M, side='right'), -1)
-        return np.asarray((self._width > 0) & self.laid.laying & self.laid.under_way
+        laid = self.laid
+        return np.asarray((self._width > 0) & laid.laying & laid.steady & laid.under_way
                           & (arc >= self._start) & (np.cumsum(near)[:-1] == 0))
 
     def _observe(self, chosen: Index) -> _Observation:
@@ -156,6 +157,19 @@ class Observations:
         noise = 2 * np.mean(sigma / width)
         return _Observation(float(np.log(np.mean(width**2))), np.log(arrived),
                             noise**2 + transient_variance(arrived, volume))
+
+    def in_force(self) -> tuple[float, float]:
+        """Return the newest command: volume per length, and speed [m/s].
+
+        Where the nozzle leaves or arrives, the speed is that of before.
+        """
+        laid = self.laid
+        last = int(np.flatnonzero(laid.laying)[-1])
+        steady = np.flatnonzero(laid.laying & laid.steady)
+        if laid.steady[last] or not len(steady):
+            return float(laid.volume[last]), float(laid.speed[last])
+        speed = float(laid.speed[steady[-1]])
+        return float(laid.volume[last] * laid.speed[last]) / speed, speed
 
     def means(self, length: float) -> tuple[float, float]:
         """Return mean speed [m/s] and rate over the newest stretch [m] where ink was laid."""
