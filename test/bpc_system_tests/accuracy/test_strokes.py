@@ -21,7 +21,8 @@ from bpc_perception.core.measurement.measure import measure
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.tracker import PrintTracker
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_sim.ink.deposit import Deposit
+from bpc_sim.ink.curves import polyline
+from bpc_sim.ink.deposit import constant_width, Deposit
 from bpc_sim.printer.motion import Travel
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.scenarios import (
@@ -239,6 +240,21 @@ def test_a_wall_with_pauses_is_one_print_with_one_stroke_each() -> None:
     assert path.extruding.any()
     heights = transform(invert(job.T_base_surface), path.points[path.extruding])[:, 2]
     assert np.ptp(heights) == pytest.approx(9 * 0.4 * MM, abs=0.1 * MM)
+
+
+@pytest.mark.parametrize('bed', [0.6e-3, 1.0e-3, 2.5e-3])
+def test_at_square_turns_three_legs_are_not_one_width(bed: float) -> None:
+    """As of an infill: where the ink of the legs runs together no width is given."""
+    x, y = 0.015, (np.arange(6) - 2.5) * (2 * MM + bed)
+    ends = np.where(np.arange(6)[:, None] % 2 == 0, (-x, x), (x, -x))
+    corners = np.stack((ends, np.repeat(y[:, None], 2, axis=1)), axis=-1).reshape(-1, 2)
+    job = replace(line(SPEED_M_PER_S), commanded=Deposit(
+        polyline(corners), constant_width(2 * MM), np.empty((0, 2))))
+    profile = measured(job)
+    thickness = profile.thickness[profile.status == Status.MEASURED]
+    assert len(thickness) > 0.8 * 6 * 2 * x / 0.2e-3
+    assert thickness.max() < 2.5 * MM
+    assert np.median(thickness) == pytest.approx(2 * MM, abs=PIXEL_M / 4)
 
 
 @pytest.mark.parametrize(('speed', 'retraction'), [(0.03, 0.0), (0.03, 0.02e-3),

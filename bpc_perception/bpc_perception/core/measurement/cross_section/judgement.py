@@ -10,7 +10,10 @@ from bpc_perception.core.arrays import Array, Flags, Floats
 from bpc_perception.core.filters import masked_median, running_median
 from bpc_perception.core.measurement.cross_section.appearance.appearance import Appearance
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
-from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
+from bpc_perception.core.measurement.cross_section.passes import (
+    meets_other_pass,
+    reaches_other_part,
+)
 from bpc_perception.core.measurement.cross_section.sections.lines import (
     colours_at,
     Lines,
@@ -65,7 +68,8 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, noisy: Fla
     typical = typical_width(width, sections)
     middle = look_at_middle(sections, ink, typical)
     inked, gap = middle.inked, middle.bare & ~sections.raised
-    crossing = meets_other_pass(sections, typical, inked) | left.joined | right.joined
+    crossing = (meets_other_pass(sections, typical, inked) | left.joined | right.joined
+                | reaches_other_part(sections, left.distance, right.distance, typical))
     on_path = sections.on_path
     # The first condition that holds counts.
     conditions = (

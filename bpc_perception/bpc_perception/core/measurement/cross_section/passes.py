@@ -9,6 +9,7 @@ from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.filters import runs
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 
+FAR_OUT_PX = 2.0  # an edge this much farther out than usual may be that of other ink
 QUERIES = 4096  # sections that are asked for at once, which bounds the memory
 
 
@@ -35,6 +36,31 @@ def meets_other_pass(sections: Sections, width: Array, inked: Flags) -> Flags:
     for start in range(0, len(alone), QUERIES):
         met[_met_among(sections, half, alone[start:start + QUERIES], others)] = True
     return met
+
+
+def reaches_other_part(sections: Sections, left: Array, right: Array, width: Array) -> Flags:
+    """Return where (N,) the bead seems to reach the ink of another part of its own pass.
+
+    So it is next to the square turns of an infill, where the ink of three legs runs together. The
+    edge lies much farther out than a bead is wide, and by far nearer to another part of the path.
+
+    Args:
+        sections: N sections.
+        left: (N,) distance of the left edge from the path [m]; NaN = no edge.
+        right: (N,) that of the right edge.
+        width: (N,) of the bead that is to be expected [m].
+    """
+    half, margin = width / 2, FAR_OUT_PX * sections.pixel
+    reaches = np.zeros(len(width), bool)
+    for sign, distance in ((1.0, left), (-1.0, right)):
+        index = np.flatnonzero(distance > half + margin)
+        if len(index) == 0:  # as a rule
+            continue
+        tree, out = cKDTree(sections.foot), distance[index]
+        edge = sections.foot[index] + (sign * out)[:, None] * sections.lateral[index]
+        apart, _ = tree.query(edge)
+        reaches[index] |= (apart < out - margin) & (apart < half[index] + margin)
+    return reaches
 
 
 def ends_of_cells(points: Array, along: Array, size: float) -> tuple[Index, Index]:
