@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-import json
 import logging
 import os
 from pathlib import Path
@@ -18,7 +17,7 @@ from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
-from bpc_perception.report.result_folder import holds_recording, replacing, SUMMARY
+from bpc_perception.report.result_folder import holds_recording, read_summary, replacing
 from bpc_perception.runtime.exit_status import REFUSED
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
@@ -118,19 +117,14 @@ def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
 def finished(job: Job, fingerprint: str) -> list[dict[str, Any]] | None:
     """Return the rows of a result with this fingerprint; None if there is none."""
     try:
-        summary = _read(job.out)
+        summary = read_summary(job.out)
         if summary['fingerprint'] != fingerprint:
             return None
         prints = summary.get('prints')
         if prints is None:
             return [row(job.name, job.out, 1, summary)]
         folders = [job.out / each['folder'] for each in prints]
-        return [row(job.name, folder, each['print'], _read(folder))
+        return [row(job.name, folder, each['print'], read_summary(folder))
                 for folder, each in zip(folders, prints, strict=True)]
     except (OSError, ValueError, LookupError, TypeError):
         return None
-
-
-def _read(folder: Path) -> dict[str, Any]:
-    summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text('utf-8'))
-    return summary

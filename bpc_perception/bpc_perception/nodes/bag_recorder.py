@@ -15,6 +15,7 @@ from typing import Any
 from rclpy.node import Node
 
 from bpc_interfaces.msg import DepositionPathUpdate
+from bpc_perception.core.capture.pairing import StampPairer
 from bpc_perception.core.config import BagRecorderConfig
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
@@ -23,7 +24,6 @@ from bpc_perception.messages.stamps import stamp_in
 from bpc_perception.recording.bag_writer import BagWriter, begin_recording
 from bpc_perception.recording.inputs import kept_beside
 from bpc_perception.recording.print_bags import PrintBags
-from bpc_perception.recording.torn_captures import TornCaptures
 from bpc_perception.runtime.clock import steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.exit_status import REFUSED
@@ -33,6 +33,8 @@ from bpc_perception.runtime.run import run
 FLUSH_PERIOD_S = 0.1  # a killed recorder loses this much, and what it had not received yet
 BYTES_PER_GB = 1e9
 PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is still in its place
+TORN_PATIENCE_NS = 2 * 10**9  # between the first and the last topic of a capture
+MOST_INCOMPLETE = 100  # captures: as many camera infos may come ahead of what is large
 MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is missing
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
        topics.LBR_STATE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
@@ -64,8 +66,9 @@ class BagRecorderNode(Node):
         self._diagnostics = Diagnostics(self)
         self._first_capture = inf  # [s], steady
         self._camera, self._path = map(self.resolve_topic_name, (topics.IMAGE, topics.PATH))
-        self._captures = {self.resolve_topic_name(name) for name in topics.CAMERA}
-        self._torn = TornCaptures(self.resolve_topic_name(topics.CAMERA_INFO), self._captures)
+        self._info = self.resolve_topic_name(topics.CAMERA_INFO)
+        self._captures = tuple(map(self.resolve_topic_name, topics.CAMERA))
+        self._pairer: StampPairer[None] = StampPairer(self._captures, MOST_INCOMPLETE)
         recorded = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
         poses = FlangePoses(config.pose, '')
         needed = {topics.EXTRUSION}  # a recording is measured from these and its captures
@@ -86,8 +89,8 @@ class BagRecorderNode(Node):
         if config.prints:
             inputs = [self.resolve_topic_name(name) for name in recorded
                       if name not in topics.RESULTS]
-            large = [self.resolve_topic_name(name) for name in topics.CAMERA]
-            self._bag = self._prints = PrintBags(Path(config.prints), types, inputs, large, beside)
+            self._bag = self._prints = PrintBags(
+                Path(config.prints), types, inputs, self._captures, beside)
             self.create_subscription(
                 DepositionPathUpdate, topics.PATH_UPDATE, partial(self._on_update, self._prints),
                 topics.PATH_UPDATE_QOS)
@@ -123,7 +126,7 @@ class BagRecorderNode(Node):
             self._diagnostics.count(topic)
         self._missing.discard(topic)
         if topic in self._captures:
-            self._torn.add(topic, stamp_in(data), time.monotonic())
+            self._pairer.add(topic, stamp_in(data), None, time.monotonic_ns())
         if topic == self._camera:
             self._first_capture = min(self._first_capture, time.monotonic())
 
@@ -139,10 +142,15 @@ class BagRecorderNode(Node):
             with suppress(OSError):  # the terminal is gone, or the disk that it asks about
                 self._on_progress(*self._bag.written)
         self._warn_of_missing_inputs()
-        for _ in range(self._torn.take(time.monotonic())):
-            self._diagnostics.refuse(
-                'captures that are not recorded whole: expected image and cloud of each, found '
-                'part of them; take fewer captures a second, or a region of each')
+        self._count_torn_captures()
+
+    def _count_torn_captures(self) -> None:
+        """Count captures of which the camera info came, which always does, but not all else."""
+        for lacking in self._pairer.expired(time.monotonic_ns() - TORN_PATIENCE_NS):
+            if self._info not in lacking:
+                self._diagnostics.refuse(
+                    'captures that are not recorded whole: expected image and cloud of each, '
+                    'found part of them; take fewer captures a second, or a region of each')
 
     def _warn_of_missing_inputs(self) -> None:
         if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:

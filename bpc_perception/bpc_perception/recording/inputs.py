@@ -11,6 +11,7 @@ from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.print_folder import recordings_in
 
 # Files of these names in the folder of a recording belong to it.
 HAND_EYE, PARAMETERS, TARGETS = 'hand_eye.calib', 'params.yaml', 'targets.csv'
@@ -65,11 +66,11 @@ def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
 
     Raises ValueError when something is missing or unfit.
     """
-    recordings = sorted(path.name for path in bag.glob('recording*') if path.is_dir())
+    recordings = recordings_in(bag)
     if len(recordings) > 1:
-        raise ValueError(f'{bag}: expected one recording, found {" and ".join(recordings)}; '
-                         'name one')
-    bag = bag / recordings[0] if recordings else bag
+        names = ' and '.join(path.name for path in recordings)
+        raise ValueError(f'{bag}: expected one recording, found {names}; name one')
+    bag = recordings[0] if recordings else bag
     opened = Bag(bag)
     folder = bag if bag.is_dir() else bag.parent
     hand_eye = hand_eye or folder / HAND_EYE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+import re
 
 from bpc_perception.core.path.print_id import start_of
 
@@ -23,6 +24,13 @@ def print_folder(prints: Path, print_id: str) -> Path:
         return prints / (name or '_')
     local = start.astimezone()
     return prints / f'{local:%Y-%m-%d_%H-%M-%S}.{local.microsecond // 1000:03d}'
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """Return the folders of recordings in the folder of a print, in their order."""
+    return sorted((path for path in folder.glob(f'{RECORDING}*')
+                   if path.is_dir() and re.fullmatch(rf'{RECORDING}(_\d+)?', path.name)),
+                  key=lambda path: (len(path.name), path.name))
 
 
 def free_recording(folder: Path) -> Path:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.report.outputs import write_outputs
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
-from bpc_perception.report.result_folder import SUMMARY
+from bpc_perception.report.result_folder import read_summary
 
 
 def seen(stamp_ns: int, image: NDArray[np.uint8], camera: PinholeCamera) -> Capture:
@@ -72,7 +71,7 @@ class LiveResults:
 def _written(folder: Path, print_id: str) -> list[dict[str, Any]]:
     """Return what a summary in a folder says of the captures of a print; nothing if it cannot."""
     try:
-        summary = json.loads((folder / SUMMARY).read_text('utf-8'))
+        summary = read_summary(folder)
         return list(summary['captures']) if summary['print_id'] == print_id else []
     except (OSError, ValueError, LookupError, TypeError):
         return []

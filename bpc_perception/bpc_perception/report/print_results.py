@@ -15,7 +15,7 @@ from bpc_perception.report.outputs import write_outputs
 from bpc_perception.report.pages import prints_page
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
-from bpc_perception.report.result_folder import SUMMARY
+from bpc_perception.report.result_folder import read_summary, SUMMARY
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class PrintResults:
             return
         log.warnings = list(self._warnings())
         write_outputs(self._place(), log, self._provenance, self._wanted.figures)
-        summary = json.loads((self._place() / SUMMARY).read_text('utf-8'))
+        summary = read_summary(self._place())
         self._written.append({'print': self.number, 'folder': self._place().name, **summary})
         self.reported.append(log.reported)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import re
 import shutil
 import tempfile
+from typing import Any
 
 SUMMARY = 'summary.json'
 # What a result consists of. Other files in its folder belong to someone else, and stay.
@@ -32,6 +33,12 @@ def check_out(folder: Path) -> None:
     if foreign is not None:
         raise ValueError(f'{folder}: expected a new folder, an empty one, or an earlier result '
                          f'of bpc, found {foreign}')
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return the summary of the result in a folder. Raises OSError, ValueError."""
+    summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text('utf-8'))
+    return summary
 
 
 def holds_recording(folder: Path) -> str:
@@ -80,6 +87,6 @@ def _remove_if_empty(folder: Path) -> None:
 
 def _holds_result(folder: Path) -> bool:
     try:
-        return 'fingerprint' in json.loads((folder / SUMMARY).read_text('utf-8'))
+        return 'fingerprint' in read_summary(folder)
     except (OSError, ValueError, TypeError):
         return False

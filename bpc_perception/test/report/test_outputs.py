@@ -138,8 +138,6 @@ def test_summary_takes_its_place_last(tmp_path, log, provenance, monkeypatch):
     assert {'profile.csv', 'report.html', 'thickness.pdf', 'map.svg'} < set(moved)
 
 
-
-
 @pytest.mark.parametrize('place', ['recording/recording_0.mcap', 'bag_0.mcap', 'old/bag_0.db3'])
 def test_the_folder_of_a_recording_is_no_place_for_other_results(tmp_path: Path,
                                                                  place: str) -> None:

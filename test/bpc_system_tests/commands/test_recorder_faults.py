@@ -21,7 +21,6 @@ from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.nodes import bag_recorder
 from bpc_perception.nodes.bag_recorder import BagRecorderNode
-from bpc_perception.recording import torn_captures
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.bag_writer import BagWriter
 from bpc_perception.runtime.exit_status import REFUSED
@@ -116,7 +115,7 @@ def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int
 
 def test_a_recorder_counts_captures_of_which_the_cloud_never_came(
         tmp_path: Path, ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(torn_captures, 'PATIENCE_S', 0.3)
+    monkeypatch.setattr(bag_recorder, 'TORN_PATIENCE_NS', 3 * 10**8)
     graph = Graph(ros_domain)
     try:
         recorder = graph.make(BagRecorderNode, bag=str(tmp_path / 'bag'))

@@ -202,7 +202,7 @@ class Advisor:
             return None
         last = int(laying[-1])
         current.command = _Command(
-            *observations.in_force(),
+            *observations.in_force(last),
             float((profile.stamp_ns - path.start_ns) * 1e-9 - path.time[max(last - REACH, 0)]))
         return observations.find(current.command.volume * current.command.speed, current.prior,
                                  config.clog_drop)

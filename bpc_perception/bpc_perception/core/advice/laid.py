@@ -110,11 +110,12 @@ def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array,
     volume = per_length(path, np.cumsum(np.concatenate((held[:1], held[:-1])) * elapsed))
     between = (flow + np.concatenate((flow[:1], flow[:-1]))) / 2
     arrived = per_length(path, np.cumsum(between * elapsed[:, None], axis=0))
-    moved = _moved(path.time)
-    since = _since_restart(moved, rate > 0)
+    pushing = rate > 0
+    moved = np.cumsum(np.minimum(elapsed, LONGEST_STEP_S))  # for how long the nozzle has
+    since = _since_restart(moved, pushing)
     stands = until - path.time[-1] > max(LONGEST_STEP_S, 3 * elapsed[-REACH:].max())
-    left = _until_stop(moved, rate > 0, stands)
-    laying = _steady_around(rate > 0) & (volume > 0) & np.isfinite(volume)
+    left = _until_stop(moved, pushing, stands)
+    laying = _steady_around(pushing) & (volume > 0) & np.isfinite(volume)
     return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived,
                 _without_pauses(path.arc_length, rate), laying,
                 np.minimum(since, left) > LEAVING_S, since > START_S)
@@ -142,11 +143,6 @@ def _steady_around(pushing: Flags) -> Flags:
     each, pauses = np.arange(count), np.cumsum(np.concatenate(([False], ~pushing)))
     return np.asarray(pauses[np.minimum(each + 2 * REACH + 1, count)]
                       == pauses[np.maximum(each - 2 * REACH, 0)])
-
-
-def _moved(time: Array) -> Array:
-    """Return for how long (N,) the nozzle has moved along the path [s]; where it stands, none."""
-    return np.cumsum(np.minimum(np.diff(time, prepend=time[:1]), LONGEST_STEP_S))
 
 
 def _since_restart(moved: Array, pushing: Flags) -> Array:

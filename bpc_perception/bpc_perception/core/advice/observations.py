@@ -158,13 +158,12 @@ class Observations:
         return _Observation(float(np.log(np.mean(width**2))), np.log(arrived),
                             noise**2 + transient_variance(arrived, volume))
 
-    def in_force(self) -> tuple[float, float]:
-        """Return the newest command: volume per length, and speed [m/s].
+    def in_force(self, last: int) -> tuple[float, float]:
+        """Return the command at the last point that is laid: volume per length, and speed [m/s].
 
         Where the nozzle leaves or arrives, the speed is that of before.
         """
         laid = self.laid
-        last = int(np.flatnonzero(laid.laying)[-1])
         steady = np.flatnonzero(laid.laying & laid.steady)
         if laid.steady[last] or not len(steady):
             return float(laid.volume[last]), float(laid.speed[last])

@@ -13,9 +13,10 @@ class StampPairer(Generic[Part]):
     # Sets that never become complete must not fill memory; a capture may be 46 MB.
     MAXIMUM_INCOMPLETE = 4
 
-    def __init__(self, kinds: tuple[str, ...]) -> None:
-        """Collect these kinds of parts."""
+    def __init__(self, kinds: tuple[str, ...], most: int = MAXIMUM_INCOMPLETE) -> None:
+        """Collect these kinds of parts, for ``most`` incomplete sets at once."""
         self._kinds = kinds
+        self._most = most
         self._incomplete: dict[int, dict[str, Part]] = {}
         self._received: dict[int, int] = {}
 
@@ -39,7 +40,7 @@ class StampPairer(Generic[Part]):
         Return the kinds that each of them lacks.
         """
         ordered = sorted(self._incomplete)
-        surplus = ordered[:-self.MAXIMUM_INCOMPLETE]
+        surplus = ordered[:-self._most]
         given_up = [self._remove(stamp) for stamp in ordered
                     if stamp in surplus or self._received[stamp] < before_ns]
         return [tuple(kind for kind in self._kinds if kind not in parts) for parts in given_up]

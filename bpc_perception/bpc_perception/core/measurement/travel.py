@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,7 +11,7 @@ from scipy.spatial import cKDTree
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.filters import runs, thinned
 from bpc_perception.core.geometry import Plane
-from bpc_perception.core.measurement.samples import Samples, unseen
+from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.track import Track, track_along
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
@@ -53,17 +54,16 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
     status = look(track, asked)[np.minimum(np.searchsorted(asked, travel), len(asked) - 1)]
     own = samples.of(kept[laid])
     ways = _Ways(bed.coordinates(part.points), own, laid, travel, OWN_INK_PX * pixel)
-    string = ways.strings(status == Status.OOZE, number[travel])
+    string = ways.strings(status == Status.OOZE, number[travel], ~ways.over)
     # A string that is thinner than a pixel is neither ink nor bed, but takes the edge with it.
     doubtful = ways.strings(np.isin(status, (Status.OOZE, Status.LOW_CONFIDENCE)), number[travel],
                             ways.within)
     joined = ways.joined_by(string | doubtful) & (own.status == Status.MEASURED)
     status[ways.over & (status == Status.OOZE) & ~string] = Status.NO_DATA
-    blank = unseen(len(travel))
-    return samples.with_part(
-        kept[laid], Samples(own.sides, np.where(joined, Status.JUNCTION, own.status).astype(
-            np.uint8), own.sigma)).with_part(
-        kept[travel], Samples(blank.sides, status, blank.sigma))
+    judged = samples.status.copy()
+    judged[kept[laid[joined]]] = Status.JUNCTION
+    judged[kept[travel]] = status
+    return replace(samples, status=judged)
 
 
 def _lowered(path: DepositionPath, laid: Index, bed: Plane) -> DepositionPath:
@@ -106,7 +106,7 @@ class _Ways:
         self.within: Flags = (self._distance > self._reach - margin / 2) & (
             self._distance <= self._half[self._near])
 
-    def strings(self, inked: Flags, way: Index, sure: Flags | None = None) -> Flags:
+    def strings(self, inked: Flags, way: Index, sure: Flags) -> Flags:
         """Return which points of travel (T,) lie on a string of ink.
 
         That is ink all along the travel from where it lies beside the strokes. Ink on strokes
@@ -115,10 +115,10 @@ class _Ways:
         Args:
             inked: (T,) whether there is ink.
             way: (T,) number of the travel.
-            sure: (T,) where ink is no stroke's; None = where travel is over none.
+            sure: (T,) where ink is no stroke's.
         """
         first, end = runs(2 * way + inked)
-        beside = np.concatenate(([0], np.cumsum(inked & (~self.over if sure is None else sure))))
+        beside = np.concatenate(([0], np.cumsum(inked & sure)))
         return np.asarray(inked & (beside[end] > beside[first]) & (
             self._distance > self._reach - 2 * self._margin))
 

@@ -82,3 +82,26 @@ def test_clear_forgets_parts() -> None:
     assert made.expired(10**18) == []
     made.add('info', 7, 'a')
     assert made.add('cloud', 7, 'a') is None
+
+
+def test_a_capture_whose_cloud_never_came_is_counted_once() -> None:
+    torn: StampPairer[None] = StampPairer(('info', 'image', 'cloud'), 100)
+    for topic in ('cloud', 'info', 'image'):
+        torn.add(topic, 1, None, 0)
+    torn.add('info', 2, None, 10)
+    torn.add('image', 2, None, 11)
+    torn.add('info', 3, None, 12)
+    assert torn.expired(10) == []
+    torn.add('image', 3, None, 31)
+    torn.add('cloud', 3, None, 31)
+    assert torn.expired(11) == [('cloud',)]
+    torn.add('cloud', 2, None, 200)  # too late, and no capture of its own
+    assert torn.expired(300) == [('info', 'image')]
+    assert torn.expired(400) == []
+
+
+def test_as_many_sets_are_incomplete_as_are_allowed() -> None:
+    pairer: StampPairer[None] = StampPairer(('info', 'image'), 10)
+    for stamp_ns in range(12):
+        pairer.add('info', stamp_ns, None, 5)
+    assert pairer.expired(0) == [('image',)] * 2

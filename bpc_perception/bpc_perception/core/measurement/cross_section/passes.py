@@ -51,15 +51,15 @@ def reaches_other_part(sections: Sections, left: Array, right: Array, width: Arr
         width: (N,) of the bead that is to be expected [m].
     """
     half, margin = width / 2, FAR_OUT_PX * sections.pixel
+    side, index = np.nonzero(np.stack((left, right)) > half + margin)
     reaches = np.zeros(len(width), bool)
-    for sign, distance in ((1.0, left), (-1.0, right)):
-        index = np.flatnonzero(distance > half + margin)
-        if len(index) == 0:  # as a rule
-            continue
-        tree, out = cKDTree(sections.foot), distance[index]
-        edge = sections.foot[index] + (sign * out)[:, None] * sections.lateral[index]
-        apart, _ = tree.query(edge)
-        reaches[index] |= (apart < out - margin) & (apart < half[index] + margin)
+    if len(index) == 0:  # as a rule
+        return reaches
+    out = np.where(side == 0, left[index], right[index])
+    sign = np.where(side == 0, 1.0, -1.0)
+    edge = sections.foot[index] + (sign * out)[:, None] * sections.lateral[index]
+    apart, _ = cKDTree(sections.foot).query(edge)
+    reaches[index[(apart < out - margin) & (apart < half[index] + margin)]] = True
     return reaches
 
 
