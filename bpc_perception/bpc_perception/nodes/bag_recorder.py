@@ -33,6 +33,8 @@ from bpc_perception.runtime.run import run
 FLUSH_PERIOD_S = 0.1  # a killed recorder loses this much, and what it had not received yet
 BYTES_PER_GB = 1e9
 PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is still in its place
+TORN = ('captures that are not recorded whole: expected image and cloud of each, found part of '
+        'them; take fewer captures a second, or a region of each')
 TORN_PATIENCE_NS = 2 * 10**9  # between the first and the last topic of a capture
 MOST_INCOMPLETE = 100  # captures: as many camera infos may come ahead of what is large
 MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is missing
@@ -65,8 +67,8 @@ class BagRecorderNode(Node):
         self._on_progress = on_progress
         self._diagnostics = Diagnostics(self)
         self._first_capture = inf  # [s], steady
-        self._camera, self._path = map(self.resolve_topic_name, (topics.IMAGE, topics.PATH))
-        self._info = self.resolve_topic_name(topics.CAMERA_INFO)
+        self._camera, self._info, self._path = map(
+            self.resolve_topic_name, (topics.IMAGE, topics.CAMERA_INFO, topics.PATH))
         self._captures = tuple(map(self.resolve_topic_name, topics.CAMERA))
         self._pairer: StampPairer[None] = StampPairer(self._captures, MOST_INCOMPLETE)
         recorded = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
@@ -87,8 +89,7 @@ class BagRecorderNode(Node):
         self._prints: PrintBags | None = None  # None = one recording of all
         self._bag: BagWriter | PrintBags
         if config.prints:
-            inputs = [self.resolve_topic_name(name) for name in recorded
-                      if name not in topics.RESULTS]
+            inputs = set(map(self.resolve_topic_name, recorded.keys() - topics.RESULTS.keys()))
             self._bag = self._prints = PrintBags(
                 Path(config.prints), types, inputs, self._captures, beside)
             self.create_subscription(
@@ -148,9 +149,7 @@ class BagRecorderNode(Node):
         """Count captures of which the camera info came, which always does, but not all else."""
         for lacking in self._pairer.expired(time.monotonic_ns() - TORN_PATIENCE_NS):
             if self._info not in lacking:
-                self._diagnostics.refuse(
-                    'captures that are not recorded whole: expected image and cloud of each, '
-                    'found part of them; take fewer captures a second, or a region of each')
+                self._diagnostics.refuse(TORN)
 
     def _warn_of_missing_inputs(self) -> None:
         if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:
