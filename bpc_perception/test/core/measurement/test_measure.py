@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Protocol
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from perception_builders import (
@@ -202,9 +204,53 @@ def test_a_pixel_that_is_brighter_by_noise_hides_nothing() -> None:
     np.testing.assert_allclose(profile.thickness, WIDTH_TRUE, atol=0.3 * PIXEL)
 
 
-@pytest.mark.parametrize(('side', 'brighter'), [(1, 40.0), (3, 5.0)], ids=['bright', 'large'])
+def test_a_spot_that_is_little_brighter_is_bed() -> None:
+    # 5 grey levels are no noise, but little beside the 106 between ink and bed.
+    assert (bright_spot(3, 5.0).status == Status.MEASURED).all()
+
+
+@pytest.mark.parametrize(('side', 'brighter'), [(1, 45.0), (3, 25.0)], ids=['bright', 'large'])
 def test_beside_glare_nothing_is_told(side: int, brighter: float) -> None:
     assert (bright_spot(side, brighter).status == Status.LOW_CONFIDENCE).any()
+
+
+def test_a_mottled_bed_is_no_glare() -> None:
+    rng = np.random.default_rng(3)
+    mottle = cv2.GaussianBlur(rng.normal(0, 1, bed().shape[:2]), (0, 0), 4)
+    image = band_image() + (5 * mottle / mottle.std())[..., None] + rng.normal(0, 1, bed().shape)
+    profile = measure(capture_of(np.clip(np.rint(image), 0, 255).astype(np.uint8), LATER), PATH,
+                      DOWN, ThicknessConfig())
+    assert (profile.status == Status.MEASURED).mean() >= 0.99
+    assert np.nanmax(np.abs(profile.thickness - WIDTH_TRUE)) < 0.3 * PIXEL
+
+
+@pytest.mark.parametrize('between', [2.5, 3.0, 4.0])
+@pytest.mark.parametrize('ink', [INK, (250, 250, 250)], ids=['dark', 'bright'])
+def test_a_few_pixels_of_bed_between_strands_are_enough(between: float,
+                                                        ink: tuple[int, int, int]) -> None:
+    """Through a lens that blurs them: no level is read on the strand next to them."""
+    width, fine = 7.0, 8  # in pixels, and parts of each
+    centres = MIDDLE + (np.arange(5) - 2) * (width + between)
+    rows = (np.arange(120 * fine) + 0.5) / fine - 0.5
+    inked = (np.abs(rows[:, None] - centres) < width / 2).any(axis=1).astype(float)
+    inked = cv2.GaussianBlur(inked[:, None], (1, 0), sigmaX=1, sigmaY=0.8 * fine)
+    share = inked.reshape(120, fine).mean(axis=1)[:, None, None]
+    image = np.broadcast_to(np.array(BED) * (1 - share) + np.array(ink) * share, bed().shape)
+    rng = np.random.default_rng(4)
+    image = np.rint(np.clip(image + rng.normal(0, 2, image.shape), 0, 255)).astype(np.uint8)
+    corner_u = np.where((np.arange(10) + 1) // 2 % 2 == 0, START_U, END_U)
+    corners = np.column_stack((corner_u, np.repeat(centres, 2)))
+    legs = [np.linspace(start, end, 81)[1:] for start, end in pairwise(corners)]
+    on = np.repeat(np.arange(9) % 2 == 0, 80)
+    path = path_through(surface(np.concatenate(legs)), extruding=on)
+    profile = measure(capture_of(image, LATER), path, DOWN, ThicknessConfig())
+    inner = (profile.stroke > 1) & (profile.stroke < 5)
+    inner &= np.abs(profile.points[:, 0]) < (END_U - START_U - 10) / 2 * PIXEL
+    assert (profile.status[inner] == Status.MEASURED).mean() >= 0.98
+    error = profile.thickness[inner] - width * PIXEL
+    assert np.nanmax(np.abs(error)) < 0.6 * PIXEL
+    # Blur from both strands darkens the bed, or brightens it: by 0.25 pixels at 2.5.
+    assert abs(np.nanmean(error)) < 0.3 * PIXEL
 
 
 @pytest.mark.parametrize('image', [band_image(), noisy(bed())], ids=['ink', 'bed'])

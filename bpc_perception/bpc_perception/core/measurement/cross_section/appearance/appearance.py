@@ -19,7 +19,9 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
 )
 
 SECTIONS_ASKED = 100  # about this number tells how much colours vary
-GLARE_SIGMAS = 5.0  # what is brighter than the bed by this number of sigma is glare
+# What is brighter than the bed is glare from this number of sigma, and from this share of the step
+# from ink to bed: a bed that is mottled has brighter places, which no more look like ink.
+GLARE_SIGMAS, GLARE_STEP = 5.0, 0.2
 BED_CORE = 0.5  # share of what lies beside the path that is surely bed; the rest may be other ink
 INK_CORE = 0.95  # share of the ink that counts: shading and reflections are part of how it looks
 ROUNDS = 2  # of finding the direction in which ink and bed differ, and then the ink
@@ -113,10 +115,11 @@ def find_appearance(sections: Sections, extruding: Flags,
     # On ink brighter than its bed, what is brighter still is no less ink. Bed is darkened by ink
     # close to it, and by how much differs.
     brightest = np.maximum(bed, open_bed).mean(axis=2)
-    brightness = np.where(local.mean(axis=1) < 0, brightest, np.inf)
+    step_up = -local.mean(axis=1)  # from ink to bed
+    excess = np.maximum(GLARE_SIGMAS * np.sqrt(bed_spread.sum()) / 3, GLARE_STEP * step_up)
+    glare_from = np.where(step_up > 0, brightest + excess, np.inf)
     contrast = known or Contrast(float(sections.clearance.max()) / 2, typical, bed_spread, spread)
-    return Appearance(bed, weight, noise,
-                      brightness + GLARE_SIGMAS * np.sqrt(bed_spread.sum()) / 3, contrast)
+    return Appearance(bed, weight, noise, glare_from, contrast)
 
 
 def once_a_pixel(sections: Sections) -> _Pixels:

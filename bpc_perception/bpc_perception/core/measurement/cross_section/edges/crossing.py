@@ -38,7 +38,8 @@ class Crossings:
     slope: Array
 
 
-def find_crossing(share: Floats, first: Index, noise: Array) -> tuple[Array, Array]:
+def find_crossing(share: Floats, first: Index, end: Index,
+                  noise: Array) -> tuple[Array, Array]:
     """Find where shares pass half-way between the levels on either side, and how steeply.
 
     The half-way crossing is moved to where as much ink lies outside as bed inside, which holds
@@ -47,12 +48,13 @@ def find_crossing(share: Floats, first: Index, noise: Array) -> tuple[Array, Arr
     Args:
         share: (N, K) of ink in samples outward from the path.
         first: (N,) sample near which the edge is.
+        end: (N,) first sample that belongs to another pass: no level is read there.
         noise: (N,) 1-sigma noise of a share.
 
     Returns:
         Place (N,) [samples from the path] and slope (N,) [share a sample]; NaN = no edge.
     """
-    found = settle(share, first, noise)
+    found = settle(share, first, end, noise)
     row = np.arange(len(share))[:, None]
     reach = np.linspace(-NEAR, NEAR, 4 * NEAR + 1)
     place = np.where(np.isfinite(found.place), found.place, 1.0)[:, None] + reach
@@ -67,7 +69,7 @@ def find_crossing(share: Floats, first: Index, noise: Array) -> tuple[Array, Arr
             found.slope * found.step)
 
 
-def settle(share: Floats, first: Index, noise: Array) -> Crossings:
+def settle(share: Floats, first: Index, end: Index, noise: Array) -> Crossings:
     """Find half-way crossings, and again with the levels beside where they are found.
 
     Light, shade, and a camera's blur near the end of a run change the levels from place to place.
@@ -76,7 +78,7 @@ def settle(share: Floats, first: Index, noise: Array) -> Crossings:
     place, outer, step, slope = np.full((4, len(share)), np.nan)
     moved = np.arange(len(share))
     for _ in range(ROUNDS):
-        found = half_way(share[moved], start[moved], noise[moved])
+        found = half_way(share[moved], start[moved], end[moved], noise[moved])
         place[moved], outer[moved] = found.place, found.outer
         step[moved], slope[moved] = found.step, found.slope
         before = start[moved]
@@ -87,10 +89,11 @@ def settle(share: Floats, first: Index, noise: Array) -> Crossings:
     return Crossings(place, outer, step, slope)
 
 
-def half_way(share: Floats, start: Index, noise: Array) -> Crossings:
+def half_way(share: Floats, start: Index, end: Index, noise: Array) -> Crossings:
     """Find where shares (N, K) pass half-way between the levels beside a sample (N,)."""
     row, start = np.arange(len(share)), start[:, None]
-    around = np.clip(start + np.arange(-FAR - 1, FAR + 1), 0, share.shape[1] - 1)
+    last = np.clip(end, 1, share.shape[1])[:, None] - 1
+    around = np.clip(start + np.arange(-FAR - 1, FAR + 1), 0, last)
     window = share[row[:, None], around]
     inner, outer = levels(window, noise)
     edge = (inner - outer > LEAST_STEP) & (inner > LEAST_INNER) & (outer < MOST_OUTER)

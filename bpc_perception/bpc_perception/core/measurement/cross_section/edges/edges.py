@@ -120,7 +120,7 @@ def _locate(seen: _Outward, first: Index, asked: Flags, sections: Sections,
     end = np.minimum(seen.border, seen.share.shape[1])
     row = np.flatnonzero(asked & known & (first > 0) & (first < end))
     distance, sigma = np.full((2, len(first)), np.nan)
-    place, slope = find_crossing(seen.share[row], first[row], noise[row])
+    place, slope = find_crossing(seen.share[row], first[row], end[row], noise[row])
     distance[row], sigma[row] = place * step, noise[row] * step / slope
     return Located(distance, sigma)
 
