@@ -68,7 +68,7 @@ def measured(request: pytest.FixtureRequest) -> Measure:
     return run
 
 
-def noisy(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def noisy(image: Array | NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The image with a sensor's noise."""
     noise = np.random.default_rng(2).normal(0, 2, image.shape)
     return np.clip(np.rint(image + noise), 0, 255).astype(np.uint8)
@@ -224,26 +224,36 @@ def test_a_mottled_bed_is_no_glare() -> None:
     assert np.nanmax(np.abs(profile.thickness - WIDTH_TRUE)) < 0.3 * PIXEL
 
 
+def strands(rows: Array, width: float, ink: tuple[int, int, int] = INK) -> NDArray[np.uint8]:
+    """The bed with strands along these rows, of a width [pixels], through lens and sensor."""
+    fine = 8  # parts of a pixel
+    row = (np.arange(120 * fine) + 0.5) / fine - 0.5
+    inked = (np.abs(row[:, None] - rows) < width / 2).any(axis=1).astype(float)
+    blurred = cv2.GaussianBlur(inked[:, None], (1, 0), sigmaX=1, sigmaY=0.8 * fine)
+    share = blurred.reshape(120, fine).mean(axis=1)[:, None, None]
+    image = np.array(BED) * (1 - share) + np.array(ink) * share
+    return noisy(np.broadcast_to(image, bed().shape))
+
+
+def to_and_fro(rows: Array) -> DepositionPath:
+    """A path of strokes along these rows, with travel between them."""
+    count = 2 * len(rows)
+    ends = np.where((np.arange(count) + 1) // 2 % 2 == 0, START_U, END_U)
+    corners = np.column_stack((ends, np.repeat(rows, 2)))
+    legs = [np.linspace(start, end, 81)[1:] for start, end in pairwise(corners)]
+    on = np.repeat(np.arange(len(legs)) % 2 == 0, 80)
+    return path_through(surface(np.concatenate(legs)), extruding=on)
+
+
 @pytest.mark.parametrize('between', [2.5, 3.0, 4.0])
 @pytest.mark.parametrize('ink', [INK, (250, 250, 250)], ids=['dark', 'bright'])
 def test_a_few_pixels_of_bed_between_strands_are_enough(between: float,
                                                         ink: tuple[int, int, int]) -> None:
     """Through a lens that blurs them: no level is read on the strand next to them."""
-    width, fine = 7.0, 8  # in pixels, and parts of each
-    centres = MIDDLE + (np.arange(5) - 2) * (width + between)
-    rows = (np.arange(120 * fine) + 0.5) / fine - 0.5
-    inked = (np.abs(rows[:, None] - centres) < width / 2).any(axis=1).astype(float)
-    inked = cv2.GaussianBlur(inked[:, None], (1, 0), sigmaX=1, sigmaY=0.8 * fine)
-    share = inked.reshape(120, fine).mean(axis=1)[:, None, None]
-    image = np.broadcast_to(np.array(BED) * (1 - share) + np.array(ink) * share, bed().shape)
-    rng = np.random.default_rng(4)
-    image = np.rint(np.clip(image + rng.normal(0, 2, image.shape), 0, 255)).astype(np.uint8)
-    corner_u = np.where((np.arange(10) + 1) // 2 % 2 == 0, START_U, END_U)
-    corners = np.column_stack((corner_u, np.repeat(centres, 2)))
-    legs = [np.linspace(start, end, 81)[1:] for start, end in pairwise(corners)]
-    on = np.repeat(np.arange(9) % 2 == 0, 80)
-    path = path_through(surface(np.concatenate(legs)), extruding=on)
-    profile = measure(capture_of(image, LATER), path, DOWN, ThicknessConfig())
+    width = 7.0
+    rows = MIDDLE + (np.arange(5) - 2) * (width + between)
+    profile = measure(capture_of(strands(rows, width, ink), LATER), to_and_fro(rows), DOWN,
+                      ThicknessConfig())
     inner = (profile.stroke > 1) & (profile.stroke < 5)
     inner &= np.abs(profile.points[:, 0]) < (END_U - START_U - 10) / 2 * PIXEL
     assert (profile.status[inner] == Status.MEASURED).mean() >= 0.98
@@ -251,6 +261,17 @@ def test_a_few_pixels_of_bed_between_strands_are_enough(between: float,
     assert np.nanmax(np.abs(error)) < 0.6 * PIXEL
     # Blur from both strands darkens the bed, or brightens it: by 0.25 pixels at 2.5.
     assert abs(np.nanmean(error)) < 0.3 * PIXEL
+
+
+@pytest.mark.parametrize('ink', [INK, (250, 250, 250)], ids=['dark', 'bright'])
+def test_between_strands_of_another_print_there_is_no_gap(ink: tuple[int, int, int]) -> None:
+    """Their ink is where bed is to be expected, and a strand between them is no bed."""
+    rows = np.array((15.0, 55.0, 95.0))
+    image = strands(np.append(rows, (39.0, 71.0)), 11, ink)
+    profile = measure(capture_of(image, LATER), to_and_fro(rows), DOWN, ThicknessConfig())
+    assert (profile.status[profile.stroke == 2] != Status.GAP).all()
+    for alone in (1, 3):
+        assert (profile.status[profile.stroke == alone] == Status.MEASURED).mean() > 0.95
 
 
 @pytest.mark.parametrize('image', [band_image(), noisy(bed())], ids=['ink', 'bed'])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
-from bpc_perception.core.filters import masked_median
+from bpc_perception.core.filters import masked_median, running_mean
 from bpc_perception.core.measurement.cross_section.appearance.bed_colour import find_bed
 from bpc_perception.core.measurement.cross_section.appearance.contrast import (
     Contrast,
@@ -17,6 +17,7 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
     SAMPLE_STEP_PX,
     Sections,
 )
+from bpc_perception.core.measurement.scale import steady_window
 
 SECTIONS_ASKED = 100  # about this number tells how much colours vary
 # What is brighter than the bed is glare from this number of sigma, and from this share of the step
@@ -27,6 +28,7 @@ INK_CORE = 0.95  # share of the ink that counts: shading and reflections are par
 ROUNDS = 2  # of finding the direction in which ink and bed differ, and then the ink
 INKY = 0.5  # share of ink from which a section's middle is taken for ink,
 INKY_PIXEL = 0.6  # and a pixel
+FEW_INKY = 0.2  # of the sections around, with so few nothing that was laid stands out
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,7 @@ def find_appearance(sections: Sections, extruding: Flags,
         unknown = np.full(len(step), np.inf)
         return Appearance(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)), None)
 
+    print_bed = known.bed if known is not None else np.nanmedian(bed.mean(axis=0), axis=0)
     # What varies within the ink, its shading, is seen only once it is known where ink is.
     for _ in range(ROUNDS):
         inky = share_of_ink(step, typical, spread) > INKY
@@ -112,13 +115,15 @@ def find_appearance(sections: Sections, extruding: Flags,
         if known is None:
             spread = bed_spread + _ink_spread(pixels, ink, ink_pixels)
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
+    noise[looks_like_ink(sections, bed.mean(axis=0) - print_bed, inky, typical, spread)] = np.inf
     # On ink brighter than its bed, what is brighter still is no less ink. Bed is darkened by ink
     # close to it, and by how much differs.
     brightest = np.maximum(bed, open_bed).mean(axis=2)
     step_up = -local.mean(axis=1)  # from ink to bed
     excess = np.maximum(GLARE_SIGMAS * np.sqrt(bed_spread.sum()) / 3, GLARE_STEP * step_up)
     glare_from = np.where(step_up > 0, brightest + excess, np.inf)
-    contrast = known or Contrast(float(sections.clearance.max()) / 2, typical, bed_spread, spread)
+    contrast = known or Contrast(float(sections.clearance.max()) / 2, print_bed, typical,
+                                 bed_spread, spread)
     return Appearance(bed, weight, noise, glare_from, contrast)
 
 
@@ -169,6 +174,26 @@ def local_step(sections: Sections, step: Array, inky: Flags, typical: Array) -> 
     """Return the step (N, 3) from bed to ink around each section, from the inky (N,) ones."""
     local = sections.steady(np.where(inky[:, None], step, np.nan))
     return np.where(np.isfinite(local), local, typical)  # in a part without ink
+
+
+def looks_like_ink(sections: Sections, from_print: Array, inky: Flags, typical: Array,
+                   spread: Array) -> Flags:
+    """Return where (N,) what is taken for bed is ink of another print, on both sides.
+
+    It looks like this print's ink, and what was laid there does not stand out. In a dark corner of
+    the picture the bed may look so, but there ink is darker still.
+
+    Args:
+        sections: N sections.
+        from_print: (N, 3) colours of the bed less that of the whole print's bed.
+        inky: (N,) which sections have ink on their path, by what is taken for their bed.
+        typical: (3,) step from bed to ink.
+        spread: (3, 3) how colours vary within ink and bed.
+    """
+    like_ink = share_of_ink(from_print, typical, spread) > INKY
+    around = running_mean(inky[:, None].astype(float), steady_window(sections.spacing),
+                          sections.piece)[:, 0]
+    return np.asarray(like_ink & (around < FEW_INKY))
 
 
 def fisher_weights(step: Array, spread: Array) -> Array:

@@ -23,11 +23,13 @@ class Contrast:
     Attributes:
         clearance: from which distance to all of the path bed is sure, if only because there is
             no more [m].
+        bed: (3,) colour of the bed, in the middle of the print's light and shade.
         step: (3,) from the colour of the bed to that of the ink.
         bed_spread, spread: (3, 3) how colours vary within the bed, and within both.
     """
 
     clearance: float
+    bed: Array
     step: Array
     bed_spread: Array
     spread: Array
