@@ -15,6 +15,7 @@ from bpc_perception.batch.table import failed, row
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
+from bpc_perception.recording.print_folder import recordings_in
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
 from bpc_perception.report.result_folder import holds_recording, read_summary, replacing
@@ -44,14 +45,18 @@ def find_bags(folder: Path) -> list[Path]:
     """Return all recordings in a folder and below, in order.
 
     A folder is a recording if it has a metadata.yaml, or only files that are named like it, as a
-    killed recorder leaves them. Each other .mcap or .db3 file is a recording by itself.
+    killed recorder leaves them. The folder of a print stands for all of its recordings. Each other
+    .mcap or .db3 file is a recording by itself.
     """
     bags = []
     for place, folders, names in os.walk(folder):
         folders.sort()
         path = Path(place)
         files = [path / name for name in sorted(names) if name.endswith(('.mcap', '.db3'))]
-        if files and ('metadata.yaml' in names or all(
+        if recordings_in(path):
+            bags.append(path)
+            folders.clear()
+        elif files and ('metadata.yaml' in names or all(
                 file.name.startswith(f'{path.absolute().name}_') for file in files)):
             bags.append(path)
         else:

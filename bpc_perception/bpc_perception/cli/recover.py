@@ -12,7 +12,7 @@ import typer
 from bpc_perception.recording import mcap_file
 from bpc_perception.recording.atomic import atomic_bag
 from bpc_perception.recording.bag import Bag, BagError
-from bpc_perception.recording.inputs import HAND_EYE, PARAMETERS
+from bpc_perception.recording.inputs import KEPT_BESIDE
 
 
 def recover(
@@ -27,9 +27,9 @@ def recover(
     if any(file.suffix != '.mcap' for file in files):
         raise BagError(f'{bag}: expected a recording in MCAP files, found sqlite3')
     counts = copy_messages(files, out)
-    for name in (HAND_EYE, PARAMETERS):
-        if bag.is_dir() and (bag / name).exists():
-            shutil.copy(bag / name, out)
+    for name in KEPT_BESIDE if bag.is_dir() else ():
+        if (files[0].parent / name).exists():
+            shutil.copy(files[0].parent / name, out)
     for topic, count in counts.items():
         print(f'{topic}: {count} messages')
     print(out)

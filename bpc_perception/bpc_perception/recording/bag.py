@@ -18,6 +18,7 @@ from rosbags.rosbag2 import Reader as SqliteReader
 from bpc_perception.messages.types import message_type
 from bpc_perception.recording import mcap_file
 from bpc_perception.recording.mcap_file import RawMessage
+from bpc_perception.recording.print_folder import recordings_in
 
 
 class BagError(ValueError):
@@ -42,7 +43,7 @@ class Bag:
     """A recording to read.
 
     Attributes:
-        path: the folder or file.
+        path: the folder or file; the folder of a print stands for all of its recordings.
         files: the storage files, in the order of recording.
         topics: name of each topic to its type, such as ``sensor_msgs/msg/Image``.
     """
@@ -85,6 +86,8 @@ def _storage_files(path: Path) -> list[Path]:
         return [path]
     if not path.exists():
         raise BagError(f'{path}: expected a bag, found nothing there')
+    if recordings := recordings_in(path):  # more than one after a crash
+        return [file for recording in recordings for file in _storage_files(recording)]
     files = sorted(path.glob('*.mcap'), key=lambda file: (len(file.name), file.name))  # 2, 10
     files += sorted(path.glob('*.db3'))[:1]  # its reader reads all others of the bag, too
     if not files:

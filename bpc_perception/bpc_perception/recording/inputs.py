@@ -11,11 +11,11 @@ from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.bag import Bag
-from bpc_perception.recording.print_folder import recordings_in
 
 # Files of these names in the folder of a recording belong to it.
 HAND_EYE, PARAMETERS, TARGETS = 'hand_eye.calib', 'params.yaml', 'targets.csv'
 PRINT_ID = 'print_id.txt'  # of the print whose recording it is, if it is one of a single print
+KEPT_BESIDE = (HAND_EYE, PARAMETERS, TARGETS, PRINT_ID)
 
 
 @dataclass(frozen=True)
@@ -62,17 +62,12 @@ def targets_of(advice: AdviceConfig) -> WidthTargets | None:
 def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
     """Open a recording; without files given, take those in the folder of the recording.
 
-    The folder of a print stands for its recording, if it has one alone.
+    The folder of a print stands for its recordings, of which each has the same files.
 
     Raises ValueError when something is missing or unfit.
     """
-    recordings = recordings_in(bag)
-    if len(recordings) > 1:
-        names = ' and '.join(path.name for path in recordings)
-        raise ValueError(f'{bag}: expected one recording, found {names}; name one')
-    bag = recordings[0] if recordings else bag
     opened = Bag(bag)
-    folder = bag if bag.is_dir() else bag.parent
+    folder = opened.files[0].parent
     hand_eye = hand_eye or folder / HAND_EYE
     if not hand_eye.exists() and hand_eye.parent == folder:
         raise ValueError(f'hand-eye calibration: expected --handeye FILE or {folder / HAND_EYE}, '

@@ -7,6 +7,7 @@ import csv
 import json
 import os
 from pathlib import Path
+import re
 import shutil
 import signal
 from typing import Any
@@ -143,19 +144,25 @@ def test_a_folder_without_recordings_is_refused(tmp_path: Path) -> None:
 
 
 def test_results_do_not_get_into_recordings(tmp_path: Path) -> None:
-    (tmp_path / 'recording').mkdir()
-    (tmp_path / 'recording' / 'recording_0.mcap').touch()
-    with pytest.raises(ValueError, match='expected a folder apart from the recordings, found '
-                                         r'recording/recording_0\.mcap in it'):
-        find_jobs(tmp_path, tmp_path, None, None)
+    for recording in ('bag', 'print/recording'):
+        folder = tmp_path / recording
+        folder.mkdir(parents=True)
+        (folder / f'{folder.name}_0.mcap').touch()
+        found = re.escape(f'{recording}/{folder.name}_0.mcap')
+        with pytest.raises(ValueError, match='expected a folder apart from the recordings, found '
+                                             f'{found} in it'):
+            find_jobs(tmp_path, tmp_path, None, None)
+        shutil.rmtree(folder)
 
 
 def test_recordings_are_found_as_they_are_left(tmp_path: Path) -> None:
     for file in ('whole/metadata.yaml', 'whole/x_0.mcap', 'whole/x_1.mcap', 'killed/killed_0.mcap',
-                 'loose/a.mcap', 'loose/b.db3', 'loose/notes.txt', 'deep/er/er_0.db3'):
+                 'print/recording/recording_0.mcap', 'print/recording_2/recording_2_0.mcap',
+                 'print/summary.json', 'loose/a.mcap', 'loose/b.db3', 'loose/notes.txt',
+                 'deep/er/er_0.db3'):
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / file).touch()
     assert [str(bag.relative_to(tmp_path)) for bag in find_bags(tmp_path)] == [
-        'deep/er', 'killed', 'loose/a.mcap', 'loose/b.db3', 'whole']
+        'deep/er', 'killed', 'loose/a.mcap', 'loose/b.db3', 'print', 'whole']
     only, = find_jobs(tmp_path / 'whole', tmp_path / 'out', None, None)
     assert only.out == tmp_path / 'out' / 'whole'

@@ -136,8 +136,12 @@ def test_it_is_whole_after_live_was_killed(live: LivePrints) -> None:
     assert len(folders) == 2
     for folder in folders:
         out = folder / 'again'
-        ended = run('measure', folder / 'recording', '--out', out)
+        ended = run('measure', folder, '--out', out)
         assert ended.returncode == 0, ended.stderr
+        # Two recordings of one print are one.
+        again, before = (json.loads((place / 'summary.json').read_text('utf-8'))
+                         for place in (out, folder))
+        assert again['print_id'] == before['print_id']
         assert live.captures(folder)
         assert {path.name for path in folder.iterdir()} >= OUTPUTS
 

@@ -26,8 +26,7 @@ def recorded_poses(bag: Bag, parameters: Path | None) -> tuple[NDArray[np.int64]
     Returns:
         (N,) stamps [ns] and (N, 4, 4) poses T_base_flange.
     """
-    folder = bag.path if bag.path.is_dir() else bag.path.parent
-    beside = folder / inputs.PARAMETERS
+    beside = bag.files[0].parent / inputs.PARAMETERS
     config = configure(RecorderConfig(), 'path_recorder',
                        parameters or (beside if beside.exists() else None))
     return flange_poses(bag, config.pose, config.base_frame)

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 BagArgument = Annotated[Path, typer.Argument(
-    metavar='BAG', help='Recording: a rosbag2 folder, or an .mcap or .db3 file.')]
+    metavar='BAG', help='Recording: a rosbag2 folder, an .mcap or .db3 file, or the '
+    'folder of a print.')]
 HandEyeOption = Annotated[Path | None, typer.Option(
     '--handeye', metavar='FILE',
     help='Hand-eye calibration; hand_eye.calib in the bag unless given.')]

@@ -24,12 +24,15 @@ FASTER = 1.5  # than that is travel,
 HIGHER_M = 0.00015  # and so is what is higher
 CORNER_POINTS = 5  # to either side, between which a path turns a corner
 CORNER_RAD = 0.8
+# Where no pose is known for longer, and the nozzle has moved on, nobody knows what it did.
+OUTAGE_S, MOVED_M = 1.0, 0.002
 
 
 def stroke_numbers(path: DepositionPath, height: Array, low: Flags) -> Index:
     """Return the number (N,) of the stroke to which each point of a path belongs; 0 = travel.
 
-    Strokes are numbered from 1 in the order in which they were laid.
+    Strokes are numbered from 1 in the order in which they were laid. One ends where the path was
+    not heard for a while.
 
     Args:
         path: N points.
@@ -44,9 +47,16 @@ def stroke_numbers(path: DepositionPath, height: Array, low: Flags) -> Index:
     if not known.all():
         laying |= ~known & ~lifted_or_fast(path, height)
     laying &= low
-    laying = _without_short(laying, path.arc_length)
-    begins = laying & ~np.concatenate(([False], laying[:-1]))
+    unbroken = ~outages(path)
+    laying = _without_short(laying, path.arc_length, unbroken)
+    begins = laying & ~np.concatenate(([False], laying[:-1] & unbroken))
     return np.where(laying, np.cumsum(begins), 0)
+
+
+def outages(path: DepositionPath) -> Flags:
+    """Return whether (N - 1,) the way between neighbours of a path of N points is not known."""
+    moved = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
+    return np.asarray((np.diff(path.time) > OUTAGE_S) & (moved > MOVED_M))
 
 
 def overrun(path: DepositionPath, laying: Flags, height: Array) -> Flags:
@@ -122,10 +132,13 @@ def corners(points: Array) -> Array:
     return np.where(turn > CORNER_RAD, turn, 0.0)
 
 
-def _without_short(laying: Flags, arc: Array) -> Flags:
-    """Return flags (N,) without runs of either kind that are too short: first of False."""
+def _without_short(laying: Flags, arc: Array, unbroken: Flags) -> Flags:
+    """Return flags (N,) without runs of either kind that are too short: first of False.
+
+    A run also ends where the path is not unbroken (N - 1,).
+    """
     for kind in (False, True):
-        same = np.concatenate(([True], laying[1:] == laying[:-1]))
+        same = np.concatenate(([True], (laying[1:] == laying[:-1]) & unbroken))
         begins = np.flatnonzero(~same)
         if not len(begins):
             break

@@ -44,6 +44,21 @@ def test_strokes_are_runs_in_which_ink_is_pushed_out() -> None:
     assert runs(numbers(path_through(points, extruding=on))) == [(1, 40), (0, 21), (2, 40)]
 
 
+@pytest.mark.parametrize(('outage', 'expected'), [(7.0, [(1, 51), (2, 51)]), (0.8, [(1, 102)])])
+def test_a_stroke_ends_where_the_path_was_not_heard_for_a_while(
+        outage: float, expected: list[tuple[int, int]]) -> None:
+    path = path_through(np.concatenate((along((0, 0, 0), (10, 0, 0)),
+                                        along((10, 20, 0), (0, 20, 0)))))
+    later = path.time + np.where(np.arange(102) > 50, outage - 2.0, 0.0)  # 2 s for the 20 mm
+    assert runs(numbers(replace(path, time=later))) == expected
+
+
+def test_a_nozzle_that_waits_with_ink_flowing_goes_on_with_its_stroke() -> None:
+    path = path_through(along((0, 0, 0), (20, 0, 0)))
+    later = path.time + np.where(np.arange(101) > 50, 7.0, 0.0)
+    assert runs(numbers(replace(path, time=later))) == [(1, 101)]
+
+
 @pytest.mark.parametrize('off', [1, 3])
 def test_the_extruder_may_stutter(off: int) -> None:
     points = along((0, 0, 0), (20, 0, 0))
