@@ -17,7 +17,7 @@ from bpc_perception.report.pages import comparison_page
 
 def compare(
     folders: Annotated[list[Path], typer.Argument(
-        metavar='DIR DIR ...', help='Folders with profile.csv and summary.json, two or more.')],
+        metavar='DIR DIR ...', help='Folders of results: of a print each, or of several.')],
     out: Annotated[Path, typer.Option(
         '--out', metavar='FILE.html', help='The page.')] = Path('compare.html'),
     quiet: QuietOption = False,
@@ -25,8 +25,6 @@ def compare(
 ) -> None:
     """Compare the results of two or more prints: curves and a table."""
     terminal = Terminal(quiet, json_lines)
-    if len(folders) < 2:
-        raise ValueError('compare: expected two folders or more, found one')
     if out.suffix != '.html' or not out.absolute().parent.is_dir():
         raise ValueError(f'{out}: expected a name that ends in .html in a folder that exists')
     prints = load(folders)

@@ -76,14 +76,29 @@ class PrintResult:
 def load(folders: Sequence[Path]) -> list[PrintResult]:
     """Read the results in these folders; a print is named like its folder.
 
-    Where folders have the same name the prints are named by their paths.
+    A folder of several prints stands for all of them. Where folders have the same name the prints
+    are named by their paths.
 
     Raises:
-        ValueError: a folder holds no result; the message names what was expected and found.
+        ValueError: a folder holds no result, or there is but one print; the message names what
+            was expected and found.
     """
+    folders = [place for folder in folders for place in _prints_in(folder)]
+    if len(folders) < 2:
+        raise ValueError('compare: expected two prints or more, found one')
     short = [folder.absolute().name for folder in folders]
     names = short if len(set(short)) == len(short) else [str(folder) for folder in folders]
     return [_load(folder, name) for folder, name in zip(folders, names, strict=True)]
+
+
+def _prints_in(folder: Path) -> list[Path]:
+    """Return the folders of prints that the summary in a folder lists, or the folder itself."""
+    file = folder / 'summary.json'
+    prints = _read_json(file).get('prints') if file.is_file() else None
+    try:
+        return [folder / each['folder'] for each in prints] if prints else [folder]
+    except (LookupError, TypeError) as error:
+        raise ValueError(f'{file}: expected prints with their folders, found: {error}') from error
 
 
 def _load(folder: Path, name: str) -> PrintResult:
@@ -98,13 +113,20 @@ def _load(folder: Path, name: str) -> PrintResult:
 
 
 def _read_summary(file: Path) -> dict[str, Any]:
-    try:
-        summary: dict[str, Any] = json.loads(file.read_text('utf-8'))
-        missing = [key for key in ('print_id', 'thickness_mean_mm') if key not in summary]
-    except (ValueError, TypeError) as error:
-        raise ValueError(f'{file}: expected a summary as JSON, found: {error}') from error
+    summary = _read_json(file)
+    missing = [key for key in ('print_id', 'thickness_mean_mm') if key not in summary]
     if missing:
         raise ValueError(f'{file}: expected {missing[0]}, found none')
+    return summary
+
+
+def _read_json(file: Path) -> dict[str, Any]:
+    try:
+        summary = json.loads(file.read_text('utf-8'))
+    except ValueError as error:
+        raise ValueError(f'{file}: expected a summary as JSON, found: {error}') from error
+    if not isinstance(summary, dict):
+        raise ValueError(f'{file}: expected a summary as JSON, found a {type(summary).__name__}')
     return summary
 
 

@@ -38,6 +38,28 @@ def test_folders_of_one_name_are_told_apart(tmp_path):
     assert [each.name for each in comparison.load(folders)] == [str(each) for each in folders]
 
 
+def test_the_folder_of_several_prints_stands_for_all_of_them(tmp_path):
+    several = tmp_path / 'out'
+    folders = [left_behind(several / f'print_{number}') for number in (1, 2)]
+    (several / 'summary.json').write_text(json.dumps(
+        {'prints': [{'print': number, 'folder': f'print_{number}'} for number in (1, 2)]}))
+    assert [each.name for each in comparison.load([several])] == ['print_1', 'print_2']
+    assert len(comparison.load([several, folders[0], left_behind(tmp_path / 'b')])) == 4
+
+
+def test_one_print_is_not_compared(tmp_path):
+    with pytest.raises(ValueError, match='expected two prints or more, found one'):
+        comparison.load([left_behind(tmp_path / 'a')])
+
+
+@pytest.mark.parametrize('summary', ['[]', '{"prints": [1]}', '{"prints": 3}', 'no'])
+def test_a_summary_of_another_kind_is_refused(tmp_path, summary):
+    folders = [left_behind(tmp_path / name) for name in 'ab']
+    (folders[1] / 'summary.json').write_text(summary)
+    with pytest.raises(ValueError, match=r'b/summary\.json: expected '):
+        comparison.load(folders)
+
+
 def test_table_has_numbers_or_dashes(tmp_path):
     row, _ = comparison.rows(comparison.load([left_behind(tmp_path / 'a'),
                                               left_behind(tmp_path / 'b')]))

@@ -213,7 +213,7 @@ WRONG = {
     'record into a bag that exists': (['record', '--out', 'bare'],
                                       ['bare: expected a new bag', 'exists']),
     'unknown study': (['study', 'table9'], ['study: expected one of table1', 'found table9']),
-    'compare with nothing': (['compare', 'empty'], ['compare: expected two folders', 'found one']),
+    'compare with nothing': (['compare', 'empty'], ['compare: expected two prints', 'found one']),
     'compare what is no result': (['compare', 'empty', 'bare'],
                                   ['empty: expected a folder with profile.csv', 'found no']),
     'compare into no page': (['compare', 'empty', 'bare', '--out', 'page.pdf'],
