@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.profile import Status
+from bpc_perception.core.profile import Status, ThicknessProfile
 
 # The palette of Okabe and Ito, which colour-blind people can tell apart, and a grey.
 STATUS_COLOURS = {
@@ -37,6 +39,15 @@ PRINT_COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9
 # The scale of deviations.
 TOO_THIN_COLOUR, ON_TARGET_COLOUR, TOO_THICK_COLOUR = '#0072B2', '#EEEEEE', '#D55E00'
 FULL_COLOUR_DEVIATION = 0.2  # share of the target at which the scale ends
+
+
+def as_shown(profile: ThicknessProfile) -> ThicknessProfile:
+    """Return a profile to draw, in which all travel without ooze looks alike.
+
+    Nothing is wrong with a print where the nozzle travels over ink, or out of the picture.
+    """
+    travel = (profile.stroke == 0) & (profile.status != Status.OOZE)
+    return replace(profile, status=np.where(travel, Status.BARE, profile.status).astype(np.uint8))
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -11,6 +11,7 @@ from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.profile import Status
 from bpc_perception.core.session import Result
 from bpc_perception.display.legend import (
+    as_shown,
     LEFT_COLOUR,
     rgb,
     RIGHT_COLOUR,
@@ -54,7 +55,7 @@ def draw_overlay(result: Result) -> NDArray[np.uint8]:
         (advice_in_words(result.advice), TARGET_COLOUR),
         ('left side', LEFT_COLOUR), ('right side', RIGHT_COLOUR),
         *((label(status), STATUS_COLOURS[status]) for status in Status
-          if status != Status.MEASURED and (profile.status == status).any())]
+          if status != Status.MEASURED and (as_shown(profile).status == status).any())]
     for number, (text, colour) in enumerate(lines, 1):
         _write(picture, text, (MARGIN_PX, LINE_HEIGHT_PX * number), colour)
     return picture
@@ -69,6 +70,7 @@ def draw_samples(picture: NDArray[np.uint8], result: Result) -> None:
     """
     profile = result.profile
     assert profile is not None
+    profile = as_shown(profile)
     measured = profile.status == Status.MEASURED
     for status in set(Status) - {Status.MEASURED}:
         _draw_dots(picture, result, profile.points[profile.status == status],

@@ -41,8 +41,8 @@ MINUTES_FROM_S = 120  # ages from here on are said in minutes
 
 
 def label(status: Status) -> str:
-    """Return the name of a status in words."""
-    return status.name.replace('_', ' ').lower()
+    """Return the name of a status in words; pictures show all travel without ooze as BARE."""
+    return 'travel' if status == Status.BARE else status.name.replace('_', ' ').lower()
 
 
 def advice_in_words(advice: RateAdvice) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.display.legend import as_shown
 
 MOST_POINTS, MOST_STRETCHES = 1200, 150  # that are drawn
 KEPT_OF_BUCKET = 3  # the least, the largest, and one that interrupts the line
@@ -80,6 +81,7 @@ def stretches(profile: ThicknessProfile, start: float = 0.0,
 
     Of more than ``most`` it returns the longest.
     """
+    profile = as_shown(profile)
     all_stretches = [
         Stretch(status, max(float(low), start), float(high))
         for status in Status if status != Status.MEASURED

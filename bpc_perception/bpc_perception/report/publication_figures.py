@@ -23,6 +23,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
 from bpc_perception.display.legend import (
+    as_shown,
     FULL_COLOUR_DEVIATION,
     LEFT_COLOUR,
     ON_TARGET_COLOUR,
@@ -40,7 +41,7 @@ from bpc_perception.display.overlay import (
 )
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
-from bpc_perception.report.figures.data import offset_range, pen_up, thickness_ceiling
+from bpc_perception.report.figures.data import offset_range, on_map, pen_up, thickness_ceiling
 from bpc_perception.report.uniformity import reference
 
 MM_PER_INCH = 25.4
@@ -100,6 +101,7 @@ def draw_overlay(axes: Axes, result: Result) -> None:
     profile, camera = result.profile, result.capture.camera
     assert profile is not None
     axes.imshow(result.capture.image)
+    profile = as_shown(profile)
     for status in Status:
         if status != Status.MEASURED:
             _draw_runs(axes, path_pixels(result, profile.points), profile.status == status,
@@ -172,6 +174,7 @@ def draw_offset(axes: Axes, profile: ThicknessProfile) -> None:
 
 def _shade_statuses(axes: Axes, profile: ThicknessProfile) -> None:
     """Shade the stretches without a thickness by status."""
+    profile = as_shown(profile)
     for status in Status:
         if status != Status.MEASURED:
             for index, (start, end) in enumerate(profile.extents(status) * MM_PER_M):
@@ -183,10 +186,11 @@ def draw_map(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None
     """Draw the filament along the z axis of the base frame, coloured by its deviation."""
     ribbon = _ribbon(profile, targets)
     axes.add_collection(ribbon)
+    drawn = on_map(profile)
     for status in Status:
         if status != Status.MEASURED:
-            _draw_runs(axes, profile.points[:, :2] * MM_PER_M, profile.status == status,
-                       STATUS_COLOURS[status], label(status))
+            _draw_runs(axes, profile.points[:, :2] * MM_PER_M,
+                       drawn & (profile.status == status), STATUS_COLOURS[status], label(status))
     axes.autoscale_view()
     axes.set_aspect('equal')
     axes.set_xlabel('x [mm]')

@@ -10,7 +10,12 @@ from rich.text import Text
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.display.legend import deviation_colours, STATUS_COLOURS, STATUS_SIGNS
+from bpc_perception.display.legend import (
+    as_shown,
+    deviation_colours,
+    STATUS_COLOURS,
+    STATUS_SIGNS,
+)
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_a_line, label
 
@@ -35,7 +40,7 @@ def _numbers(profile: ThicknessProfile, advice: RateAdvice) -> str:
               if advice.target_thickness > 0 else '')
     length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
     statuses = ', '.join(f'{STATUS_SIGNS[status]} {label(status)}' for status in STATUS_SIGNS
-                         if (profile.status == status).any())
+                         if (as_shown(profile).status == status).any())
     return (f'0 to {length_mm:.1f} mm: {mean}{target}, {summary.coverage:.0%} known'
             + (f';  {statuses}' if statuses else ''))
 
@@ -49,6 +54,7 @@ def profile_line(profile: ThicknessProfile, advice: RateAdvice, width: int) -> T
     line = Text()
     target = advice.target_thickness
     reference = target if target > 0 else profile.summary.thickness_median
+    profile = as_shown(profile)
     for part in np.array_split(np.arange(len(profile)), max(1, min(width, len(profile)))):
         if not len(part):
             continue

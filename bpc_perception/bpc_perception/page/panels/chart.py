@@ -9,7 +9,7 @@ from nicegui import ui
 import numpy as np
 
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.display.legend import STATUS_COLOURS
+from bpc_perception.display.legend import as_shown, STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label, MEANINGS
 from bpc_perception.page import elements
@@ -69,6 +69,6 @@ class ChartPanel:
                 elements.key(TARGET_GREY, 'target' if math.isnan(target.dead_band)
                              else f'target ± {target.dead_band:.0%}')
             for status in sorted(statuses):
-                share = np.mean(profile.status == status)
+                share = np.mean(as_shown(profile).status == status)
                 key = elements.key(STATUS_COLOURS[status], f'{label(status)} {share:.0%}')
                 key.tooltip(MEANINGS[status])

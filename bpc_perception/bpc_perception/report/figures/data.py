@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.units import MM_PER_M
 
 LEAST_OFFSET_MM = 0.05  # a smaller range would show mere noise
@@ -38,6 +38,16 @@ def pen_up(values: Array, chosen: NDArray[np.bool_]) -> Array:
                   if np.isfinite(part[:, :2]).any()]
         parts.append(nothing)
     return np.concatenate(parts) if parts else nothing[:0]
+
+
+def on_map(profile: ThicknessProfile) -> NDArray[np.bool_]:
+    """Return which samples (N,) a map shows: strokes of which something was seen, and ooze.
+
+    A purge line out of the picture, and the ways to it, would make the print small.
+    """
+    seen = np.unique(profile.stroke[profile.status != Status.NO_DATA])
+    strokes = np.isin(profile.stroke, seen[seen > 0])
+    return np.asarray(strokes | (profile.status == Status.OOZE))
 
 
 def thickness_ceiling(profile: ThicknessProfile, targets: WidthTargets | None) -> float:

@@ -20,7 +20,7 @@ from bpc_perception.display.legend import (
 )
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
-from bpc_perception.report.figures.data import pen_up
+from bpc_perception.report.figures.data import on_map, pen_up
 from bpc_perception.report.figures.style import layout, single
 from bpc_perception.report.uniformity import reference
 
@@ -48,19 +48,20 @@ def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
     """Draw two triangles from each sample to the next where both are measured."""
     # Draw every n-th sample only of a long print.
     shown = slice(None, None, -(-len(profile) // MOST_SAMPLES) or 1)
-    path, thickness, arc = (values[shown] for values in (
-        profile.points, profile.thickness, profile.arc_length))
+    thickness, arc = (values[shown] for values in (profile.thickness, profile.arc_length))
     sides = [points[shown] for points in (profile.left_points, profile.right_points)]
     measured = (profile.status[shown] == Status.MEASURED) & np.isfinite(
         sides[0] + sides[1]).all(axis=1)
-    left, right = (np.where(measured[:, None], points, path) * MM_PER_M for points in sides)
     stroke = profile.stroke[shown]
     starts = np.flatnonzero(measured[:-1] & measured[1:] & (stroke[:-1] == stroke[1:]))
     if not len(starts):
         return
+    # Corners of no triangle lie on one: plotly makes room for them as well.
+    left, right = (np.where(measured[:, None], points, points[starts[0]]) * MM_PER_M
+                   for points in sides)
     deviation = PERCENT * (thickness / reference(profile, targets)[shown] - 1)
     x, y, z = single(np.concatenate((left, right))).T
-    i, j, k = _triangles(starts, len(path))
+    i, j, k = _triangles(starts, len(arc))
     hover_data = np.column_stack((arc, thickness)) * MM_PER_M
     figure.add_mesh3d(
         x=x, y=y, z=z, i=i, j=j, k=k, intensity=single(np.nan_to_num(np.tile(deviation, 2))),
@@ -86,9 +87,10 @@ def _triangles(starts: NDArray[np.intp], count: int) -> NDArray[np.int32]:
 
 def _add_unmeasured(figure: go.Figure, profile: ThicknessProfile) -> None:
     """Draw the path where nothing was measured, in the colours of the statuses."""
-    for status in Status:
-        chosen = profile.status == status
-        if status != Status.MEASURED and chosen.any():
+    drawn = on_map(profile)
+    for status in sorted(set(Status) - {Status.MEASURED}):
+        chosen = drawn & (profile.status == status)
+        if chosen.any():
             x, y, z = single(pen_up(profile.points * MM_PER_M, chosen)).T
             colour = OCCLUDED_COLOUR if status == Status.OCCLUDED else STATUS_COLOURS[status]
             figure.add_scatter3d(x=x, y=y, z=z, mode='lines', name=label(status),
@@ -109,7 +111,8 @@ def _proportions(profile: ThicknessProfile) -> Array:
 
     Plotly would make the volume 1, and what is flat very large.
     """
-    points = np.concatenate((profile.points, profile.left_points, profile.right_points))
+    points = np.concatenate((profile.points[on_map(profile)], profile.left_points,
+                             profile.right_points))
     points = points[np.isfinite(points).all(axis=1)]
     sides = np.ptp(points, axis=0) if len(points) else np.ones(3)
     longest = float(sides.max()) or 1.0

@@ -13,6 +13,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.session import Result
 from bpc_perception.display.legend import (
+    as_shown,
     LEFT_COLOUR,
     RIGHT_COLOUR,
     STATUS_COLOURS,
@@ -37,7 +38,7 @@ def image_figure(result: Result) -> go.Figure:
     profile, camera = result.profile, result.capture.camera
     assert profile is not None
     figure = go.Figure()
-    path = path_pixels(result, profile.points)
+    path, profile = path_pixels(result, profile.points), as_shown(profile)
     for status in Status:
         _add_path(figure, status, path, profile)
     measured = profile.status == Status.MEASURED

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.display.legend import STATUS_COLOURS, TARGET_COLOUR
+from bpc_perception.display.legend import as_shown, STATUS_COLOURS, TARGET_COLOUR
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
 
@@ -54,6 +54,7 @@ def band_outline(x: Array, low: Array, high: Array) -> dict[str, NDArray[np.floa
 
 def shade_statuses(figure: go.Figure, profile: ThicknessProfile) -> None:
     """Shade the stretches without a thickness by status, on FULL_HEIGHT_AXIS as ``yaxis2``."""
+    profile = as_shown(profile)
     for status in Status:
         if status != Status.MEASURED and (profile.status == status).any():
             figure.add_scatter(

@@ -97,6 +97,20 @@ def test_ribbon_is_as_wide_as_measured_and_coloured_by_deviation(result):
     assert ribbon.intensity[0] == pytest.approx(-20)
 
 
+def test_a_map_shows_no_travel_and_no_line_out_of_the_picture(result):
+    profile = result.profile
+    # The last three: one on travel, two on a stroke.
+    away = np.arange(len(profile)) >= len(profile) - 3
+    status = np.where(away, Status.NO_DATA, profile.status).astype(np.uint8)
+    stroke = np.append(np.ones(len(profile) - 3, np.intp), (0, 2, 2))
+    points = profile.points + np.outer(away, (1.0, 0, 0))
+    figure = map_figure(replace(profile, status=status, stroke=stroke, points=points), None)
+    assert {trace.name for trace in figure.data} == {'measured', 'gap'}
+    kept = map_figure(result.profile, None).layout.scene.aspectratio
+    ratio = figure.layout.scene.aspectratio
+    assert ratio.x / ratio.y == pytest.approx(kept.x / kept.y, rel=0.3)
+
+
 def test_long_print_is_thinned_in_3d(result):
     count = 10_000
     x = np.linspace(0, 2, count)
