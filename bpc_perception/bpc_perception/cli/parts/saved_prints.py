@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +16,7 @@ from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.parameter import flatten
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.print_folder import print_folder
+from bpc_perception.report.result_folder import SUMMARY
 from bpc_perception.runtime.child_processes import NodeError, Nodes
 from bpc_perception.runtime.supervisor import Supervisor
 
@@ -81,11 +82,18 @@ def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> I
         measured = {print_folder(saved.folder, print_id) for print_id in monitor.print_ids}
         folders = sorted((_folders(saved.folder) - before)
                          | {folder for folder in measured if folder.is_dir()})
-        for folder in folders:
-            terminal.files(path for path in sorted(folder.iterdir())
-                           if not path.name.startswith('.'))
-        if not folders:
-            terminal.say('Nothing is saved: no print began.')
+        say_what_is_saved(folders, terminal)
+
+
+def say_what_is_saved(folders: Collection[Path], terminal: Terminal) -> None:
+    """Name what is in the folders of prints, and what is not."""
+    for folder in folders:
+        terminal.files(path for path in sorted(folder.iterdir())
+                       if not path.name.startswith('.'))
+        if not (folder / SUMMARY).exists():
+            terminal.say(f'{folder}: no capture of this print was measured.')
+    if not folders:
+        terminal.say('Nothing is saved: no print began.')
 
 
 def _folders(prints: Path) -> set[Path]:
