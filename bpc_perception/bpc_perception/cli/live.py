@@ -94,12 +94,13 @@ def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,
         camera: back end of the camera driver; None = the camera publishes by itself.
         resume: which print to go on with, see RecorderConfig.
     """
-    nodes.start('bpc_perception.nodes.path_recorder',
-                state_folder=recorder.state_folder or str(default_folder()), resume=resume)
+    state = recorder.state_folder or str(default_folder())
+    nodes.start('bpc_perception.nodes.path_recorder', state_folder=state, resume=resume)
+    thickness = {'hand_eye_file': str(hand_eye), 'state_folder': state}
     if camera is None:
-        nodes.start('bpc_perception.nodes.thickness', hand_eye_file=str(hand_eye))
+        nodes.start('bpc_perception.nodes.thickness', **thickness)
     else:
-        nodes.start('bpc_perception.nodes.composed', hand_eye_file=str(hand_eye), back_end=camera)
+        nodes.start('bpc_perception.nodes.composed', back_end=camera, **thickness)
 
 
 def name_silent_topics(inputs: Iterable[str], monitor: Monitor, terminal: Terminal) -> None:

@@ -12,6 +12,7 @@ from typing import Annotated
 from bpc_perception.core.parameter import Config, ConfigError, Parameter
 from bpc_perception.core.robot.kinematics import LINK_OFFSETS_M
 
+LEAST_TARGET_M, LARGEST_TARGET_M = 2e-5, 0.1  # of a bead; other numbers have another unit
 BASE, FLANGE = 'lbr_link_0', 'lbr_link_ee'
 
 
@@ -61,7 +62,7 @@ class AdviceConfig(Config):
     """From measured thickness to rate advice."""
 
     target_thickness: Annotated[float, Parameter(
-        'Thickness wanted; 0 = none set, no valid advice', 'm', 0, 0.1)] = 0.0
+        'Thickness wanted; 0 = none set, no valid advice', 'm', 0, LARGEST_TARGET_M)] = 0.0
     target_file: Annotated[str, Parameter(
         'Thickness wanted along the path, a CSV table; empty = the same everywhere',
         read_only=True)] = ''
@@ -91,6 +92,12 @@ class AdviceConfig(Config):
         'Age of the newest measured sample from which advice is invalid', 's', 0.1, 3600)] = 20.0
     lifetime: Annotated[float, Parameter(
         'How long advice holds after its capture', 's', 0.1, 3600)] = 5.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if 0 < self.target_thickness < LEAST_TARGET_M:
+            raise ConfigError(f'target_thickness: expected 0, or {LEAST_TARGET_M:g} m or more, '
+                              f'found {self.target_thickness:g}')
 
 
 @dataclass(frozen=True)
@@ -216,6 +223,9 @@ class ThicknessConfig(Config):
         0.0005, 1)] = 0.0025
     obstacle_margin: Annotated[float, Parameter(
         'Nothing is measured this close to an obstacle', 'pixels', 0, 50)] = 2.0
+    state_folder: Annotated[str, Parameter(
+        'Folder in which is kept what prints were set up with, so that the limits of advice hold '
+        'over restarts; empty = it is not', read_only=True)] = ''
     maximum_offset: Annotated[float, Parameter(
         'How far off the path the deposit may lie, per its width, before it is warned of', '',
         0.01, 10)] = 0.25

@@ -9,6 +9,7 @@ import logging
 
 from bpc_perception.core.advice.advisor import Advisor
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
@@ -56,7 +57,9 @@ class Session:
 
     MAXIMUM_WAITING = 4  # captures that may wait live for the path; each may be 46 MB
 
-    def __init__(self, config: ThicknessConfig, hand_eye: HandEye) -> None:
+    def __init__(self, config: ThicknessConfig, hand_eye: HandEye,
+                 setup: Setup | None = None) -> None:
+        """Begin, perhaps with the setup of the prints before."""
         self.config = config
         self._hand_eye = hand_eye
         self._poses = PoseBuffer()
@@ -66,8 +69,13 @@ class Session:
         self._counts: Counter[str] = Counter()  # of each print, measured so far
         targets = config.advice.target_file
         self._targets = WidthTargets.read(targets) if targets else None
-        self._advisor = Advisor(self._targets)
+        self._advisor = Advisor(self._targets, setup)
         self._memory = PrintMemory()
+
+    @property
+    def setup(self) -> Setup:
+        """What the newest print was set up with."""
+        return self._advisor.setup
 
     def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
         """Queue a capture, received at this time of the caller's clock [ns]."""
@@ -106,7 +114,7 @@ class Session:
         self._waiting.clear()
         self._newest = ('', 0)
         self._counts.clear()
-        self._advisor = Advisor(self._targets)
+        self._advisor = Advisor(self._targets, self.setup)
         self._memory = PrintMemory()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:

@@ -12,6 +12,7 @@ from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.geometry import transform
+from bpc_perception.core.path.leaps import LEAPT
 from bpc_perception.core.path.tracker import JumpError, PrintTracker
 from bpc_perception.messages import topics
 from bpc_perception.messages.extruder import extruder_from_message
@@ -54,11 +55,14 @@ class PathRecorderNode(Node):
         self._jump = on_jump_back(self, self._forget)
 
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
+        leaps = self._tracker.leaps
         try:
             taken = self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip))
         except JumpError as error:
             self._diagnostics.refuse(error)
             return
+        if self._tracker.leaps > leaps:
+            self._diagnostics.warn(LEAPT)
         if taken:
             self._diagnostics.count('poses')
         else:

@@ -13,6 +13,7 @@ import numpy as np
 
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.geometry import transform
+from bpc_perception.core.path.leaps import LEAPT
 from bpc_perception.core.path.tracker import JumpError, PrintTracker
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.session import Result, Session
@@ -135,11 +136,14 @@ class _OfflineMeasurement:
     def _take_pose(self, message: Any, log_ns: int) -> bool:
         stamp_ns, T_base_flange = self._poses.read(message, log_ns)
         taken = self._session.add_flange_pose(stamp_ns, T_base_flange)
+        leaps = self._tracker.leaps
         try:
-            return self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip)) and taken
+            taken &= self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip))
         except JumpError as error:
             logger.warning('%s', error)
-            return taken
+        if self._tracker.leaps > leaps:
+            logger.warning('%s', LEAPT)
+        return taken
 
     def _take_extruder_state(self, message: Any, _: int) -> bool:
         return self._tracker.add_extruder(extruder_from_message(message))

@@ -62,6 +62,21 @@ def test_capture_and_path_become_profile_and_advice(graph: Any, tmp_path: Path,
     assert stamp_to_ns(advice.header.stamp) == STAMP_NS
 
 
+def test_what_a_print_was_set_up_with_is_known_after_a_restart(graph: Any,
+                                                               tmp_path: Path) -> None:
+    state = tmp_path / 'state'
+    settings: dict[str, Any] = {'advice__target_thickness': BEAD_WIDTH_M,
+                                'state_folder': str(state)}
+    bench = thickness_bench(graph, tmp_path, **settings)
+    bench.send(topics.PATH, BEAD_PATH)
+    bench.send_capture(STAMP_NS)
+    assert_profile_comes(bench, STAMP_NS)
+    setup = bench.node._session.setup
+    assert np.isfinite(setup.gain)
+    again = thickness_bench(graph, tmp_path, **settings)
+    assert again.node._session.setup == setup
+
+
 def test_a_capture_waits_for_the_path(graph: Any, tmp_path: Path) -> None:
     bench = thickness_bench(graph, tmp_path)
     bench.send_capture(STAMP_NS)

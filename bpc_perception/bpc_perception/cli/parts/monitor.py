@@ -108,6 +108,10 @@ class Monitor:
         """Return how many publish a topic."""
         return int(self.node.count_publishers(name))
 
+    def subscribers(self, name: str) -> int:
+        """Return how many listen to a topic."""
+        return int(self.node.count_subscribers(name))
+
     def expect_no_other_printer(self) -> None:
         """Raise ValueError if a printer publishes already: its poses would mix with ours."""
         self.spin_until(lambda: False, DISCOVERY_S)

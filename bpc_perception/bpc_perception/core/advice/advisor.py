@@ -17,6 +17,7 @@ from bpc_perception.core.advice.delivery_filter import Delivery
 from bpc_perception.core.advice.laid import REACH
 from bpc_perception.core.advice.observations import Finding, Observations
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
+from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.advice.window import laid_before, look_back, Window
 from bpc_perception.core.config import AdviceConfig
@@ -121,10 +122,15 @@ class Advisor:
 
     Args:
         targets: thickness wanted along the path; None = ``target_thickness`` everywhere.
+        setup: of the prints before.
+
+    Attributes:
+        setup: of the newest print.
     """
 
-    def __init__(self, targets: WidthTargets | None = None) -> None:
+    def __init__(self, targets: WidthTargets | None = None, setup: Setup | None = None) -> None:
         self._targets = targets
+        self.setup = setup or Setup()
         self._print: _Print | None = None
 
     def advise(self, profile: ThicknessProfile, path: DepositionPath,
@@ -157,7 +163,13 @@ class Advisor:
         if refusal is not None:
             current.correcting = False
             return advice
-        return _corrected(advice, current, finding, delivery, path, elapsed, config)
+        assert current.observations is not None
+        unrecorded = not current.observations.rate_known
+        advice = _corrected(advice, current, finding, delivery, path, elapsed,
+                            self.setup.followed if unrecorded else 0.0, config)
+        if unrecorded:
+            self.setup = self.setup.after(float(np.log(advice.flow_rate_scale)))
+        return advice
 
     def _print_of(self, profile: ThicknessProfile, path: DepositionPath,
                   lifetime: float) -> _Print:
@@ -196,8 +208,11 @@ class Advisor:
             # The print was set up so that what it begins with makes what is wanted there.
             start = path.arc_length[laying[0]]
             first = laying[path.arc_length[laying] <= start + config.window]
-            current.prior = float(2 * np.log(self._target(start, config))
-                                  - np.log(np.median(laid.volume[first])))
+            gain = float(2 * np.log(self._target(start, config))
+                         - np.log(np.median(laid.volume[first])))
+            if not np.isnan(gain):
+                self.setup = self.setup.of_print(gain, config)
+                current.prior = self.setup.gain
         if np.isnan(current.prior):
             return None
         last = int(laying[-1])
@@ -253,7 +268,8 @@ def _with_delivery(advice: RateAdvice, current: _Print, delivery: Delivery) -> R
 
 
 def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: Delivery,
-               path: DepositionPath, elapsed: float, config: AdviceConfig) -> RateAdvice:
+               path: DepositionPath, elapsed: float, followed: float,
+               config: AdviceConfig) -> RateAdvice:
     """Return valid advice: the factors that reach the target, as far as they are allowed."""
     assert current.observations is not None
     # Of the recent past: a corner now says nothing of what is to come.
@@ -261,7 +277,7 @@ def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: 
     correction = correct(
         Situation(area=2 * np.log(advice.target_thickness), speed=speed, rate=rate,
                   volume=np.log(current.command.volume), prior=current.prior,
-                  correcting=current.correcting, elapsed=elapsed,
+                  correcting=current.correcting, followed=followed, elapsed=elapsed,
                   longest_period=max(current.periods, default=0.0),
                   until_effect=current.until_effect),
         finding, delivery, config)

@@ -29,6 +29,7 @@ class Situation:
         volume: commanded per length, in force now.
         prior: gain for which the print was set up.
         correcting: whether the advice before asked for a change.
+        followed: by how much advice has changed the flow already, where it is not recorded.
         elapsed: since the capture before [s].
         longest_period: between the newest captures [s].
         until_effect: from the capture until what the advice is going to lay [s].
@@ -40,6 +41,7 @@ class Situation:
     volume: float
     prior: float
     correcting: bool
+    followed: float
     elapsed: float
     longest_period: float
     until_effect: float
@@ -76,7 +78,9 @@ def correct(now: Situation, finding: Finding, delivery: Delivery,
     believed = np.clip(wanted, nominal + least, nominal + most)
     asked = confidence * (believed - now.volume) * (1, -1)  # the speed goes against the flow
     step = config.slew_rate * now.elapsed
-    changes = np.clip(asked, max(least, -step), min(most, step))
+    followed = now.followed * np.array((1, -1))
+    changes = np.clip(asked, np.clip(least - followed, -step, 0.0),
+                      np.clip(most - followed, 0.0, step))
     if (changes != asked).any() or (believed != wanted).any():
         reason = Reason.LIMITED
     elif wanted[0] > now.volume:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.config import LARGEST_TARGET_M, LEAST_TARGET_M
 
 COLUMNS = ['arc_length_mm', 'thickness_mm']
 MILLIMETRE_M = 1e-3
@@ -44,10 +45,13 @@ class WidthTargets:
         """
         table = _numbers(file, _rows(file))
         arc_length, thickness = table.T * MILLIMETRE_M
-        if not (np.isfinite(table).all() and (np.diff(arc_length) >= 0).all()
-                and (thickness > 0).all()):
-            raise ValueError(f'{file}: expected arc lengths in order and thicknesses above 0, '
-                             'found others')
+        if not (np.isfinite(table).all() and (np.diff(arc_length) >= 0).all()):
+            raise ValueError(f'{file}: expected arc lengths in order, found others')
+        outside = table[(thickness < LEAST_TARGET_M) | (thickness > LARGEST_TARGET_M), 1]
+        if len(outside):
+            least, most = (limit / MILLIMETRE_M for limit in (LEAST_TARGET_M, LARGEST_TARGET_M))
+            raise ValueError(f'{file}: expected thicknesses from {least:g} to {most:g} mm, '
+                             f'found {outside[0]:g}; are they in millimetres?')
         return cls(arc_length, thickness)
 
     def at(self, arc_length: Array | float) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bpc_perception.core.arrays import Array, Flags, Floats
 
 NEAREST_DEPTH_M = 1e-6  # what is nearer is not in front of the camera
+GRID_POINTS = 64  # along the longer side, that tell whether a cloud fits to the intrinsics
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,20 @@ class Capture:
         if self.image.shape != shape or self.cloud.shape != shape:
             raise ValueError(f'image and cloud: expected shape {shape} as in the camera info, '
                              f'found {self.image.shape} and {self.cloud.shape}')
+
+
+def pixel_deviation(cloud: Array | Floats, camera: PinholeCamera) -> float:
+    """Return how far from their own pixels the camera sees points of a cloud [pixels].
+
+    It is the median over a grid of points of the cloud (H, W, 3) [m]; NaN without points. It is
+    large if intrinsics and cloud belong to different captures, resolutions or orders of rows.
+    """
+    step = max(max(cloud.shape[:2]) // GRID_POINTS, 1)
+    uv = camera.pixels(cloud[::step, ::step].astype(np.float64))
+    v, u = np.mgrid[0:cloud.shape[0]:step, 0:cloud.shape[1]:step]
+    distance = np.hypot(uv[..., 0] - u, uv[..., 1] - v)
+    finite = distance[np.isfinite(distance)]
+    return float(np.median(finite)) if len(finite) else float('nan')
 
 
 def sample_cloud(cloud: Floats, uv: Array) -> Array:

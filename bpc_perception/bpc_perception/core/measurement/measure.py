@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Index
-from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.capture.capture import Capture, pixel_deviation
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.bed import find_bed
@@ -27,6 +27,9 @@ from bpc_perception.core.path.strokes import stroke_numbers
 from bpc_perception.core.path.tangents import tangents
 from bpc_perception.core.profile import Status, StatusArray, ThicknessProfile
 
+# With intrinsics farther off, widths and places are: 2 pixels are 1 % of the distance between the
+# middle of a small picture and its corners.
+LARGEST_DEVIATION_PX = 2.0
 STEEPEST_RISE = 0.5  # of the path above the bed, per length, where ink is laid
 # So far outside the image, in lengths of a section to one side, path still plays a part: as other
 # ink, and as what is steady along the path.
@@ -70,6 +73,7 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         MeasurementError: the path is too short, or the camera does not see where it is.
     """
     started = time.perf_counter()
+    expect_own_pixels(capture)
     view = View(capture, T_base_camera)
     path = path_before(capture, path)
     shown = view.surrounds(path.points, config.cross_section.reach * VIEW_MARGIN)
@@ -83,6 +87,15 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         view, path, stroke, shown, samples, bed,
         lambda track, index: LOOKS[config.method](view, track, index, bed, config, memory))
     return profile_of(samples, stroke, capture, path, config.method, number, started)
+
+
+def expect_own_pixels(capture: Capture) -> None:
+    """Raise MeasurementError where camera info and cloud contradict each other."""
+    deviation = pixel_deviation(capture.cloud, capture.camera)
+    if deviation > LARGEST_DEVIATION_PX:
+        raise MeasurementError(
+            'camera_info: expected intrinsics that put the cloud onto its own pixels, found it '
+            f'{deviation:.1f} pixels beside them; are they of another resolution or camera?')
 
 
 def path_before(capture: Capture, path: DepositionPath) -> DepositionPath:

@@ -35,14 +35,15 @@ class PathAssembler:
         self._resampler = PathResampler(config, _last_point(path))
         self._joiner = ExtruderJoiner(config.extrusion_timeout)
 
-    def add_pose(self, stamp_ns: int, tip: Array) -> None:
+    def add_pose(self, stamp_ns: int, tip: Array, leap: bool = False) -> None:
         """Add a position (3,) of the nozzle tip in the robot base frame [m]; stamps must increase.
 
-        Nothing happens where the path is complete already.
+        Behind a leap the way from the pose before is not known. Nothing happens where the path is
+        complete already.
         """
         time = self._time(stamp_ns)
         if not self._path.finished and time > self._path.complete_until:
-            self._smoother.add(time, tip)
+            self._smoother.add(time, tip, leap)
 
     def add_extruder(self, sample: ExtruderSample) -> None:
         """Add a state of the extruder; stamps must increase."""

@@ -33,7 +33,8 @@ class PathResampler:
     """Places path points along the polyline of the poses, each ``spacing`` from the one before.
 
     A robot that trembles on the spot adds no length. No points are placed between poses that are
-    more than ``maximum_gap`` apart in time; the straight line between them still counts as length.
+    more than ``maximum_gap`` apart in time, or in a leap; the straight line between them still
+    counts as length.
     """
 
     def __init__(self, config: PathConfig, last: PathPoint | None) -> None:
@@ -41,7 +42,7 @@ class PathResampler:
         self._spacing = config.spacing
         self._maximum_gap = config.maximum_gap
         self._last = last
-        self._poses = np.empty((0, 5))  # from the last path point on, see PoseSmoother.take
+        self._poses = np.empty((0, 6))  # from the last path point on, see PoseSmoother.take
         self._scanned = 0  # poses known to be nearer than one spacing to the last path point
 
     @property
@@ -50,7 +51,7 @@ class PathResampler:
         return float(self._poses[-1, 0]) if len(self._poses) else -math.inf
 
     def add(self, poses: Array) -> list[PathPoint]:
-        """Add averaged poses (N, 5), see PoseSmoother.take; return the points up to them."""
+        """Add averaged poses (N, 6), see PoseSmoother.take; return the points up to them."""
         self._poses = np.concatenate((self._poses, poses))
         points = list(self._place())
         keep = max(self._scanned - 1, 0)
@@ -83,7 +84,7 @@ class PathResampler:
         """Return the path point between the poses before and at ``index``."""
         end = self._poses[index]
         # Before the first pose after a path left off nothing is known.
-        if index == 0 or end[4] - self._poses[index - 1, 4] > self._maximum_gap:
+        if index == 0 or end[4] - self._poses[index - 1, 4] > self._maximum_gap or end[5]:
             arc_length = last.arc_length + math.dist(last.position, end[1:4])
             return PathPoint(end[0], arc_length, end[1:4])
         return self._between(last, self._poses[index - 1], end)

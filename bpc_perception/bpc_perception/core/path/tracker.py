@@ -12,6 +12,7 @@ from bpc_perception.core.path.assembler import PathAssembler
 from bpc_perception.core.path.continuation import goes_on
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
+from bpc_perception.core.path.leaps import LeapFinder, Step
 from bpc_perception.core.path.print_id import print_id_of
 from bpc_perception.core.robot.poses import JITTER_M
 
@@ -28,13 +29,19 @@ class PrintTracker:
 
     A little history is kept, so that a print starts and stops at the stamps that say so, and
     not with the messages that happened to have arrived.
+
+    Attributes:
+        leaps: how many poses were such that the way to them is not known, see ``leaps``.
     """
 
     HISTORY_S = 5.0
 
     def __init__(self, config: PathConfig) -> None:
         self._config = config
-        self._poses: deque[tuple[int, Array]] = deque()  # stamp and position of the tip
+        self._poses: deque[Step] = deque()
+        self._finder = LeapFinder()
+        self.leaps = 0
+        self._newest: tuple[int, Array] | None = None  # stamp and position of the tip
         self._states: deque[ExtruderSample] = deque()
         self._print: PathAssembler | None = None
         self._running = False
@@ -52,22 +59,29 @@ class PrintTracker:
         Raises JumpError if the tip would have been faster than it can. A jump that lasts is
         believed as soon as there was time enough to get there.
         """
-        if self._poses:
-            last_ns, last = self._poses[-1]
+        if self._newest is not None:
+            last_ns, last = self._newest
             if stamp_ns <= last_ns:
                 return False
             reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER_M
             if math.dist(tip, last) > reach:
                 raise JumpError('pose: expected a tip that moves no faster than '
                                 f'{self._config.maximum_speed:g} m/s, found a jump')
-        self._poses.append((stamp_ns, tip))
-        while stamp_ns - self._poses[0][0] > self.HISTORY_S * 1e9:
-            self._poses.popleft()
-        # A state that arrives early starts a print before poses from before its start arrive.
-        if self._print is not None and stamp_ns >= self._print.start_ns:
-            self._print.add_pose(stamp_ns, tip)
+        self._newest = stamp_ns, tip
+        for step in self._finder.add(stamp_ns, tip):
+            self._take(step)
         self._decide()
         return True
+
+    def _take(self, step: Step) -> None:
+        """Take a pose whose step is certain."""
+        self.leaps += step.leap
+        self._poses.append(step)
+        while step.stamp_ns - self._poses[0].stamp_ns > self.HISTORY_S * 1e9:
+            self._poses.popleft()
+        # A state that arrives early starts a print before poses from before its start arrive.
+        if self._print is not None and step.stamp_ns >= self._print.start_ns:
+            self._print.add_pose(*step)
 
     def add_extruder(self, sample: ExtruderSample) -> bool:
         """Add a state of the extruder; return False unless it is later than the last."""
@@ -106,8 +120,8 @@ class PrintTracker:
     def _decide(self) -> None:
         """Go on with the print or start another, once it is known where ink came after a pause."""
         stamp_ns = self._undecided_ns
-        tip = next((tip for pose_ns, tip in self._poses
-                    if stamp_ns is not None and pose_ns >= stamp_ns), None)
+        tip = next((step.tip for step in self._poses
+                    if stamp_ns is not None and step.stamp_ns >= stamp_ns), None)
         if stamp_ns is None or tip is None:
             return
         self._undecided_ns = None
@@ -134,9 +148,9 @@ class PrintTracker:
         self._print = PathAssembler(path, self._config)
         for sample in self._states:  # before the poses, for which they were not too late
             self._print.add_extruder(sample)
-        for pose_ns, tip in self._poses:
-            if pose_ns >= stamp_ns:
-                self._print.add_pose(pose_ns, tip)
+        for step in self._poses:
+            if step.stamp_ns >= stamp_ns:
+                self._print.add_pose(*step)
         self._running = self._may_go_on = True
         self._undecided_ns, self._flows_on = None, False
         self._last_extruding_ns = max(self._last_extruding_ns, stamp_ns)
@@ -189,6 +203,7 @@ class PrintTracker:
     def clear(self) -> None:
         """Forget the print and all history, as is needed when the clock jumps back."""
         self._poses.clear()
+        self._newest, self._finder = None, LeapFinder()
         self._states.clear()
         self._print = None
         self._running = self._may_go_on = self._flows_on = False

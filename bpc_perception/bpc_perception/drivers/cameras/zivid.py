@@ -15,7 +15,7 @@ import numpy as np
 from rclpy.node import Node
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.capture.capture import Capture, PinholeCamera, pixel_deviation
 from bpc_perception.core.config import ZividConfig
 from bpc_perception.core.watch.back_off import BackOff
 from bpc_perception.drivers.cameras import CameraError, WARN
@@ -172,7 +172,7 @@ class ZividCamera:
         tried.append(lambda: calibration.estimate_intrinsics(frame))
         for attempt in tried:
             camera = _pinhole(attempt(), width, height)
-            deviation = _deviation(camera, xyz)
+            deviation = pixel_deviation(xyz, camera)
             if not deviation > LARGEST_DEVIATION_PX:
                 return camera
         raise CameraError('zivid: expected intrinsics that put the cloud onto its pixels, found '
@@ -184,17 +184,6 @@ def _pinhole(intrinsics: Any, width: int, height: int) -> PinholeCamera:
     K = np.array(((matrix.fx, 0, matrix.cx), (0, matrix.fy, matrix.cy), (0, 0, 1.0)))
     return PinholeCamera(K, np.array((lens.k1, lens.k2, lens.p1, lens.p2, lens.k3)),
                          width, height)
-
-
-def _deviation(camera: PinholeCamera, xyz: Array) -> float:
-    """Return the median distance of points from their own pixels [pixels]; NaN without points."""
-    step = max(max(xyz.shape[:2]) // 64, 1)
-    points = xyz[::step, ::step].astype(np.float64)
-    uv = camera.pixels(points)
-    v, u = np.mgrid[0:xyz.shape[0]:step, 0:xyz.shape[1]:step]
-    distance = np.hypot(uv[..., 0] - u, uv[..., 1] - v)
-    finite = distance[np.isfinite(distance)]
-    return float(np.median(finite)) if len(finite) else float('nan')
 
 
 def prepare(node: Node) -> Callable[[], ZividCamera]:

@@ -240,6 +240,41 @@ def test_a_gap_made_on_purpose_is_no_alarm() -> None:
     assert result.reason is not Reason.LIMITED
 
 
+def print_of(number: int, flow: float, share: float, advisor: Advisor) -> RateAdvice:
+    """Advice on a print with a flow of its own, of which a share arrives."""
+    return advise(laid(300, flow, print_id=f'print {number}'), width(flow, share=share),
+                  advisor=advisor)
+
+
+@pytest.mark.parametrize(('share', 'most'), [(0.1, 2.0), (5.0, 0.5)])
+def test_limits_hold_over_the_prints_of_a_run(share: float, most: float) -> None:
+    advisor, flow = Advisor(), FLOW
+    for number in range(4):
+        result = print_of(number, flow, share, advisor)
+        assert (result.valid, result.reason) == (True, Reason.LIMITED)
+        flow *= result.flow_rate_scale
+    assert flow == pytest.approx(most * FLOW, rel=0.02)
+    # Another advisor, as after a restart, goes on with the setup of the first.
+    again = print_of(9, flow, share, Advisor(setup=advisor.setup))
+    assert again.flow_rate_scale == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_print_that_no_advice_leads_to_has_a_setup_of_its_own() -> None:
+    advisor = Advisor()
+    print_of(1, FLOW, 1.0, advisor)
+    result = print_of(2, 4 * FLOW, 0.25 / 1.5, advisor)  # with another nozzle, say
+    assert result.flow_rate_scale == pytest.approx(1.5, rel=0.02)
+
+
+def test_advice_counts_as_followed_where_the_rate_is_not_recorded() -> None:
+    advisor, total = Advisor(), 1.0
+    for number in range(4):
+        path = laid(300, np.nan, plunger_velocity=np.full(300, np.nan), print_id=str(number))
+        result = advise(path, width(share=0.1), advisor=advisor)
+        total *= result.flow_rate_scale
+    assert total == pytest.approx(2.0, rel=0.02)
+
+
 def test_a_sudden_fall_is_a_clog_and_no_bigger_rate() -> None:
     advisor, path = Advisor(), laid(400)
     assert advise(path.until(START_NS + 6 * SECOND), width(), advisor=advisor).valid

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -30,12 +31,20 @@ def test_a_table_is_linear_between_rows_constant_beyond_and_may_step(tmp_path: P
     ('arc_length_mm,thickness_mm\n0,wide\n', "expected numbers, found: .*'wide'"),
     ('arc_length_mm,thickness_mm\n0\n1\n', 'expected rows of two numbers, found rows'),
     ('arc_length_mm,thickness_mm\n1,2\n0,2\n', 'expected arc lengths in order'),
-    ('arc_length_mm,thickness_mm\n0,0\n', 'thicknesses above 0'),
-    ('arc_length_mm,thickness_mm\n0,nan\n', 'thicknesses above 0')])
+    ('arc_length_mm,thickness_mm\n0,nan\n', 'expected arc lengths in order')])
 def test_what_is_no_table_is_refused(text: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / 'targets.csv'
     file.write_text(text)
     with pytest.raises(ValueError, match=message):
+        WidthTargets.read(file)
+
+
+@pytest.mark.parametrize('value', ['0', '-2', '0.002', '2000', '1e+300'])
+def test_a_thickness_in_another_unit_is_refused(value: str, tmp_path: Path) -> None:
+    file = tmp_path / 'targets.csv'
+    file.write_text(f'arc_length_mm,thickness_mm\n0,2\n5,{value}\n')
+    with pytest.raises(ValueError, match=re.escape(
+            f'expected thicknesses from 0.02 to 100 mm, found {value}; are they in millimetres?')):
         WidthTargets.read(file)
 
 

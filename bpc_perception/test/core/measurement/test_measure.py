@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from typing import Protocol
@@ -349,6 +350,26 @@ def test_a_capture_without_any_depth_is_refused(measured: Measure) -> None:
     capture.cloud[:] = np.nan
     with pytest.raises(MeasurementError, match=r'^cloud: expected '):
         measured(capture)
+
+
+@pytest.mark.parametrize('focal', [0.95, 1.05, 1.2, 2.0])
+def test_a_focal_length_that_contradicts_the_cloud_is_refused(focal: float) -> None:
+    capture = capture_of(band_image(), LATER)
+    K = capture.camera.K * np.array(((focal, 1, 1), (1, focal, 1), (1, 1, 1)))
+    with pytest.raises(MeasurementError, match=r'^camera_info: expected intrinsics that put the '
+                                               'cloud onto its own pixels, found it'):
+        measure(replace(capture, camera=replace(capture.camera, K=K)), PATH, DOWN,
+                ThicknessConfig())
+
+
+@pytest.mark.parametrize('change', [
+    lambda cloud: cloud[::-1], lambda cloud: cloud[:, ::-1],
+    lambda cloud: np.roll(cloud, 6, axis=1)], ids=['rows', 'columns', 'shifted'])
+def test_a_cloud_in_another_order_is_refused(
+        change: Callable[[NDArray[np.float32]], NDArray[np.float32]]) -> None:
+    capture = capture_of(band_image(), LATER)
+    with pytest.raises(MeasurementError, match=r'^camera_info: expected '):
+        measure(replace(capture, cloud=change(capture.cloud)), PATH, DOWN, ThicknessConfig())
 
 
 def test_a_cut_is_at_right_angles_to_a_slanted_strand(measured: Measure) -> None:

@@ -22,6 +22,8 @@ from bpc_sim.cli.parts.simulated_print import (
     saved_print,
     Settings,
     START_DELAY_S,
+    START_TIMEOUT_S,
+    wait_for_recorders,
     write_settings,
 )
 from bpc_sim.closed_loop.controllers import FLOW_SCALE, SPEED_SCALE
@@ -32,7 +34,6 @@ from bpc_sim.closed_loop.situations import SITUATIONS
 from bpc_sim.config import ControllerConfig, SimConfig
 
 DEFAULT_SITUATION = 'under_delivery'
-START_TIMEOUT_S = 60.0  # for the nodes, on a busy machine
 MISSING_AT_END_M = 1e-3  # of the path, when a print is complete
 
 
@@ -86,6 +87,7 @@ def run_closed_loop(plan: ClosedLoopPrint, prints: Path | None, page: bool,
         with (saving(saved_print(prints, settings), monitor, terminal),
               printer_nodes(monitor, terminal, page, settings.parameters) as nodes):
             start_measuring_nodes(nodes, plan, settings, monitor)
+            wait_for_recorders(monitor, nodes, prints)
             # The print starts when the printer does.
             start_ns = time.time_ns() + round(START_DELAY_S / 2 * 1e9)
             nodes.start('bpc_sim.nodes.printer', start_time_ns=start_ns, **plan.common_parameters)

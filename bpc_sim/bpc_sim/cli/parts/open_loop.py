@@ -21,6 +21,7 @@ from bpc_sim.cli.parts.simulated_print import (
     saved_print,
     Settings,
     START_DELAY_S,
+    wait_for_recorders,
     write_settings,
 )
 from bpc_sim.config import SimConfig
@@ -80,6 +81,8 @@ def run_open_loop(plan: OpenLoopPrint, prints: Path | None, separate: bool, page
                                   node_parameters(job, plan.target))
         with (saving(saved_print(prints, settings), monitor, terminal),
               printer_nodes(monitor, terminal, page, settings.parameters) as nodes):
+            nodes.start('bpc_perception.nodes.path_recorder')
+            wait_for_recorders(monitor, nodes, prints)
             start_ns = time.time_ns() + round(START_DELAY_S * 1e9)
             end_ns = start_ns + round(job.duration * 1e9)
             start_nodes(nodes, plan, settings, separate, start_ns)
@@ -97,7 +100,6 @@ def start_nodes(nodes: Nodes, plan: OpenLoopPrint, settings: Settings, separate:
     """Start printer and measuring nodes, which agree on when the print starts [ns]."""
     common = {'scenario': plan.config.scenario, 'speed': plan.config.speed,
               'start_time_ns': start_ns}
-    nodes.start('bpc_perception.nodes.path_recorder')
     nodes.start_measuring(
         {'back_end': 'synthetic', 'rate': plan.capture_rate, **common},
         {'hand_eye_file': str(settings.hand_eye)}, separate)

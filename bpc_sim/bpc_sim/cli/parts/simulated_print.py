@@ -11,10 +11,13 @@ from bpc_perception.cli.parts.monitor import Monitor
 from bpc_perception.cli.parts.saved_prints import SavedPrints
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.display.units import MM_PER_M
+from bpc_perception.messages import topics
+from bpc_perception.runtime.child_processes import Nodes
 from bpc_sim.config import SimConfig
 from bpc_sim.printer.print_job import PrintJob
 
 START_DELAY_S = 6.0  # in which all nodes find each other
+START_TIMEOUT_S = 60.0  # for the nodes, on a busy machine
 END_MARGIN_S = 10.0  # for the last results
 
 
@@ -56,3 +59,19 @@ def announce(job: PrintJob, config: SimConfig, terminal: Terminal) -> None:
 def reasons(monitor: Monitor) -> str:
     """Return what the nodes said about why there is no result."""
     return '; '.join(monitor.warnings) or 'the nodes gave no reason'
+
+
+def wait_for_recorders(monitor: Monitor, nodes: Nodes, prints: Path | None) -> None:
+    """Wait until those who keep poses and states listen: path recorder, and bag recorder if any.
+
+    What a robot says before they do is in neither path nor recording.
+
+    Raises:
+        ValueError: one does not start in time.
+    """
+    expected = 1 if prints is None else 2
+    if not monitor.spin_until(lambda: all(monitor.subscribers(name) >= expected
+                                          for name in (topics.POSE, topics.EXTRUSION)),
+                              START_TIMEOUT_S, nodes.check):
+        raise ValueError('expected the recorders of path and print to start, found one that did '
+                         f'not; {reasons(monitor)}')

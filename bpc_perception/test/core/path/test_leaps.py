@@ -1,0 +1,80 @@
+"""A step that the nozzle did not make is told from one that it did."""
+
+from __future__ import annotations
+
+import numpy as np
+from perception_builders import at_ns, SPEED, states_until
+import pytest
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.config import PathConfig
+from bpc_perception.core.path.leaps import LeapFinder, Step
+from bpc_perception.core.path.tracker import PrintTracker
+
+MM = 1e-3
+PERIOD_S = 0.01
+
+
+def steps(times: Array, x: Array) -> list[Step]:
+    """What is certain of a nozzle that is at x (N,) [m] at times (N,) [s]."""
+    finder = LeapFinder()
+    tips = np.column_stack((x, np.zeros((len(x), 2))))
+    return [step for time, tip in zip(times, tips, strict=True)
+            for step in finder.add(at_ns(time), tip)]
+
+
+def leaps(times: Array, x: Array) -> list[float]:
+    """Where (L,) they lead [m]."""
+    return [float(step.tip[0]) for step in steps(times, x) if step.leap]
+
+
+@pytest.mark.parametrize('speed', [0.002, 0.01, 0.1, 0.3])
+@pytest.mark.parametrize('period', [0.004, 0.01, 0.1])
+def test_a_nozzle_that_starts_at_once_goes_on_and_stops_makes_no_leap(speed: float,
+                                                                      period: float) -> None:
+    rng = np.random.default_rng(1)
+    times = np.arange(0, 4, period)
+    x = speed * np.clip(times - 1, 0, 2)
+    late = times + rng.uniform(0, min(0.5 * period, 0.02), len(times))
+    noisy = x + rng.normal(0, 0.02 * MM, len(x))
+    found = steps(late, noisy)
+    assert not any(step.leap for step in found)
+    np.testing.assert_array_equal([step.tip[0] for step in found], noisy[:len(found)])
+    assert len(found) >= len(times) - 1
+
+
+@pytest.mark.parametrize('speed', [0.005, 0.01, 0.03])
+@pytest.mark.parametrize('frozen', [0.3, 0.7, 2.0])
+def test_poses_that_are_repeated_until_they_recover_leave_a_leap(speed: float,
+                                                                 frozen: float) -> None:
+    times = np.arange(0, 5, PERIOD_S)
+    x = speed * times
+    stuck = (times > 1) & (times < 1 + frozen)
+    found = leaps(times, np.where(stuck, speed, x))
+    assert found == [pytest.approx(speed * (1 + frozen), abs=1.1 * speed * PERIOD_S)]
+
+
+@pytest.mark.parametrize('back', [0.3, 1.0, 2.0])
+def test_a_clock_that_is_set_back_leaves_a_leap(back: float) -> None:
+    times = np.arange(0, 6, PERIOD_S)
+    stamped = times - np.where(times > 2, back, 0)
+    later = stamped > np.maximum.accumulate(np.append(-1, stamped[:-1]))  # others are refused
+    assert leaps(stamped[later], SPEED * times[later]) == [
+        pytest.approx(SPEED * (2 + back), abs=2.1 * SPEED * PERIOD_S)]
+
+
+@pytest.mark.parametrize('smoothing_time', [0, 0.1])
+def test_a_leap_is_no_way_that_ink_was_laid_on(smoothing_time: float) -> None:
+    tracker, times = PrintTracker(PathConfig(smoothing_time=smoothing_time)), np.arange(0, 4, 0.01)
+    for sample in states_until(4.0, 0.02):
+        tracker.add_extruder(sample)
+    for time in times:
+        there = SPEED * (1.0 if 1 < time < 2 else time)
+        assert tracker.add_pose(at_ns(time), np.array((there, 0.0, 0.0)))
+    assert tracker.leaps == 1
+    path = tracker.path()
+    assert path is not None
+    x = path.points[:, 0]
+    assert not ((x > 10.3 * MM) & (x < 19.7 * MM)).any()
+    assert x[-1] > 38 * MM
+    assert (np.diff(path.arc_length)[np.diff(x) < 0.3 * MM] < 0.21 * MM).all()
