@@ -13,13 +13,17 @@ from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.capture.exposure import around, Exposure
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.measure import measure, MeasurementError
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
+
+MOST_CLIPPED = 0.2  # share of the picture around the path that may be overexposed
 
 logger = logging.getLogger(__name__)
 
@@ -174,5 +178,17 @@ class Session:
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
+        warnings = (profile.off_path(self.config.maximum_offset),
+                    overexposed(capture, T_base_camera, profile))
         return Result(capture, T_base_camera, profile, advice,
-                      warning=profile.off_path(self.config.maximum_offset))
+                      warning='; '.join(filter(None, warnings)))
+
+
+def overexposed(capture: Capture, T_base_camera: Array, profile: ThicknessProfile) -> str:
+    """Return a warning if much of the picture around the path is overexposed; empty = not."""
+    uv = capture.camera.pixels(transform(invert(T_base_camera), profile.points))
+    clipped = Exposure.of(around(capture, uv)).clipped
+    if not clipped > MOST_CLIPPED:
+        return ''
+    return (f'image: expected ink and bed within its range, found {clipped:.0%} of the pixels '
+            'around the path overexposed: what is beside them is not measured; expose it less')

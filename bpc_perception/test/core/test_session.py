@@ -71,6 +71,17 @@ def test_a_capture_is_measured_as_soon_as_the_path_covers_it() -> None:
     assert list(made.results()) == []
 
 
+def test_an_overexposed_picture_is_warned_of() -> None:
+    words = []
+    for image in (IMAGE, np.where(IMAGE == 205, 255, IMAGE).astype(np.uint8)):
+        made = session(1.5, image=image)
+        made.set_path(path(1.5))
+        result, = made.results()
+        words.append(result.warning)
+    assert words[0] == ''
+    assert 'overexposed' in words[1]
+
+
 def test_advice_comes_with_the_profile() -> None:
     made = session(1.5)
     made.set_path(path(1.5))

@@ -8,6 +8,7 @@ from statistics import median
 from typing import NamedTuple
 
 from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.capture.exposure import Exposure
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.runtime.transport.dds_profiles import users_profile
 
@@ -23,6 +24,7 @@ WARN_LATE_S = {'pose': 0.1, 'extruder': 0.1, 'camera': 2.0}
 FAIL_LATE_S = {'pose': 1.0, 'extruder': 1.0, 'camera': 10.0}
 OTHER_CLOCK_AHEAD_S = 0.02  # a stamp so far ahead of our clock is from another clock
 SET_CLOCKS = 'let chrony or PTP set the clocks of all computers'
+WARN_CLIPPED, WARN_DARK = 0.05, 60.0  # share of the picture, and grey levels
 OLD_CALIBRATION_DAYS = 30.0
 FAIL_DISK_BYTES, WARN_DISK_BYTES = 1e9, 20e9  # a capture of full size has 47 MB
 # What transport.xml asks for, with room for both sides.
@@ -196,6 +198,18 @@ def judge_transport(environment: Mapping[str, str], shared_memory: float) -> Ite
                   '' if enough else 'captures come late or not: make room in /dev/shm')
     reach = environment.get('ROS_AUTOMATIC_DISCOVERY_RANGE', 'SUBNET')
     yield Finding(OK, 'discovery', f'{reach}, domain {environment.get("ROS_DOMAIN_ID", "0")}')
+
+
+def judge_exposure(exposure: Exposure) -> Finding:
+    """Judge how a picture is exposed."""
+    found = (f'{exposure.clipped:.0%} of the picture is overexposed, the brightest of the rest '
+             f'reaches {min(exposure.bright, 255):.0f} of 255')
+    if exposure.clipped > WARN_CLIPPED:
+        return Finding(WARN, 'exposure', found,
+                       'expose less: beside what is overexposed nothing is measured')
+    if exposure.bright < WARN_DARK:
+        return Finding(WARN, 'exposure', found, 'expose more: noise makes widths uncertain')
+    return Finding(OK, 'exposure', found)
 
 
 def judge_extruder(error_names: str, position_uncertain: bool, velocity_known: bool,

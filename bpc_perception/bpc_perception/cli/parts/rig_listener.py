@@ -11,16 +11,28 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 from rclpy.qos import ReliabilityPolicy
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import Image
 
-from bpc_perception.cli.parts.preflight import Finding, Heard, judge_extruder, judge_topic
+from bpc_perception.cli.parts.preflight import (
+    FAIL,
+    Finding,
+    Heard,
+    judge_exposure,
+    judge_extruder,
+    judge_topic,
+)
+from bpc_perception.core.capture.exposure import Exposure
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.extruder.tic import error_names
 from bpc_perception.display.units import NS_PER_S, S_PER_NS
 from bpc_perception.messages import topics
+from bpc_perception.messages.capture import image_to_rgb
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.stamps import ConversionError
 
 # A message with a header begins with its stamp, behind 4 bytes of CDR.
+IMAGE_STEP = 4  # pixels, of which one is looked at
 STAMP_OFFSET_BYTES, STAMP_FORMAT = 4, '<iI'
 
 
@@ -41,6 +53,7 @@ class RigListener:
         self._poses = FlangePoses(recorder.pose, recorder.base_frame)
         self._poses_have_stamps = recorder.pose.source != 'pose'
         self._extruder: Any = None  # the newest message
+        self._image = b''  # the newest message
         self._heard: list[Heard] = []
         for name, kind in topics.CAMERA.items() if camera else ():
             # Take it as bytes: a cloud may have 37 MB.
@@ -63,6 +76,8 @@ class RigListener:
         now_ns = _note_arrival(heard)
         seconds, nanoseconds = struct.unpack_from(STAMP_FORMAT, message, STAMP_OFFSET_BYTES)
         heard.delays.append((now_ns - seconds * NS_PER_S - nanoseconds) * S_PER_NS)
+        if heard.wanted == topics.type_name(Image):
+            self._image = message
 
     def _on_pose(self, heard: Heard, message: Any) -> None:
         now_ns = _note_arrival(heard)
@@ -90,11 +105,23 @@ class RigListener:
                 publisher.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
                 for publisher in publishers)
             yield from judge_topic(heard)
+        if self._image:
+            yield from _judge_image(self._image)
         if self._extruder is not None:
             yield from judge_extruder(error_names(self._extruder.error_status),
                                       bool(self._extruder.position_uncertain),
                                       bool(np.isfinite(self._extruder.plunger_velocity)),
                                       bool(np.isfinite(self._extruder.flow_rate)))
+
+
+def _judge_image(message: bytes) -> Iterator[Finding]:
+    """Judge how an image is exposed, if it is one that can be read."""
+    try:
+        image = image_to_rgb(deserialize_message(message, Image))
+    except ConversionError as error:
+        yield Finding(FAIL, 'exposure', str(error), 'let the camera publish one of these')
+        return
+    yield judge_exposure(Exposure.of(image[::IMAGE_STEP, ::IMAGE_STEP]))
 
 
 def _note_arrival(heard: Heard) -> int:

@@ -14,6 +14,7 @@ from bpc_perception.cli.parts.preflight import (
     Heard,
     judge_calibration,
     judge_disk,
+    judge_exposure,
     judge_extruder,
     judge_target,
     judge_topic,
@@ -21,6 +22,7 @@ from bpc_perception.cli.parts.preflight import (
     OK,
     WARN,
 )
+from bpc_perception.core.capture.exposure import Exposure
 
 POSE = 'geometry_msgs/msg/PoseStamped'
 
@@ -119,3 +121,14 @@ def test_an_extruder_that_tells_only_whether_ink_flows_is_not_sent_home() -> Non
     found, = judge_extruder('', True, False, False)
     assert (found.level, 'home' in found.todo) == (WARN, False)
     assert 'bool' in found.todo
+
+
+@pytest.mark.parametrize(('clipped', 'bright', 'level', 'todo'), [
+    (0.0, 230.0, OK, ''), (0.04, 255.0, OK, ''), (0.2, 255.0, WARN, 'expose less'),
+    (0.0, 40.0, WARN, 'expose more')])
+def test_how_a_picture_is_exposed_is_judged(clipped: float, bright: float, level: str,
+                                            todo: str) -> None:
+    finding = judge_exposure(Exposure(clipped, bright))
+    assert (finding.level, finding.subject) == (level, 'exposure')
+    assert f'{clipped:.0%} of the picture is overexposed' in finding.found
+    assert todo in finding.todo

@@ -246,6 +246,25 @@ def to_and_fro(rows: Array) -> DepositionPath:
     return path_through(surface(np.concatenate(legs)), extruding=on)
 
 
+@pytest.mark.parametrize('brighter', [1.3, 2.0, 3.0])
+@pytest.mark.parametrize('ink', [INK, (250, 250, 250)], ids=['dark', 'bright'])
+def test_beside_what_is_overexposed_nothing_is_told(brighter: float,
+                                                    ink: tuple[int, int, int]) -> None:
+    image = strands(np.array((MIDDLE,)), 11, ink)
+    image = np.clip(image * brighter, 0, 255).astype(np.uint8)
+    profile = measure(capture_of(image, LATER), PATH, DOWN, ThicknessConfig())
+    assert (profile.status == Status.LOW_CONFIDENCE).all()
+
+
+def test_a_channel_that_is_overexposed_is_left_out() -> None:
+    image = strands(np.array((MIDDLE,)), 11).astype(float)
+    image[..., 0] = np.clip(image[..., 0] * 2, 0, 255)
+    profile = measure(capture_of(image.astype(np.uint8), LATER), PATH, DOWN, ThicknessConfig())
+    assert (profile.status == Status.MEASURED).mean() > 0.95
+    assert np.nanmax(np.abs(profile.thickness - WIDTH_TRUE)) < 0.5 * PIXEL
+    assert abs(np.nanmean(profile.thickness) - WIDTH_TRUE) < 0.15 * PIXEL
+
+
 @pytest.mark.parametrize('between', [2.5, 3.0, 4.0])
 @pytest.mark.parametrize('ink', [INK, (250, 250, 250)], ids=['dark', 'bright'])
 def test_a_few_pixels_of_bed_between_strands_are_enough(between: float,

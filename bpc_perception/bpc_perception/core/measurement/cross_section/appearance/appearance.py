@@ -9,6 +9,10 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.filters import masked_median, running_mean
 from bpc_perception.core.measurement.cross_section.appearance.bed_colour import find_bed
+from bpc_perception.core.measurement.cross_section.appearance.clipping import (
+    clipped_where_used,
+    left_out,
+)
 from bpc_perception.core.measurement.cross_section.appearance.contrast import (
     Contrast,
     core_covariance,
@@ -97,7 +101,9 @@ def find_appearance(sections: Sections, extruding: Flags,
     else:
         some = pixels.some
         bed_spread = core_covariance(from_bed[some][pixels.beside[some]], BED_CORE)
-        typical, spread = typical_step(step, bed_spread, extruding), bed_spread
+        # bed_spread stays what it is: of what is left out the noise counts for nothing.
+        spread = bed_spread + np.diag(left_out(bed, centre))
+        typical = typical_step(step, spread, extruding)
     if not typical.any():  # nothing is seen there, or all of one colour
         unknown = np.full(len(step), np.inf)
         return Appearance(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)), None)
@@ -113,9 +119,11 @@ def find_appearance(sections: Sections, extruding: Flags,
         ink = masked_median(pixels.colour, ink_pixels)
         step = np.where(np.isfinite(ink), ink - bed.mean(axis=0), step)
         if known is None:
-            spread = bed_spread + _ink_spread(pixels, ink, ink_pixels)
+            spread = (bed_spread + _ink_spread(pixels, ink, ink_pixels)
+                      + np.diag(left_out(bed, ink)))
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
-    noise[looks_like_ink(sections, bed.mean(axis=0) - print_bed, inky, typical, spread)] = np.inf
+    noise[looks_like_ink(sections, bed.mean(axis=0) - print_bed, inky, typical, spread)
+          | clipped_where_used(bed, ink, weight, local)] = np.inf
     # On ink brighter than its bed, what is brighter still is no less ink. Bed is darkened by ink
     # close to it, and by how much differs.
     brightest = np.maximum(bed, open_bed).mean(axis=2)
