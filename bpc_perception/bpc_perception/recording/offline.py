@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from functools import partial
 from itertools import chain, islice
 import logging
@@ -24,15 +24,16 @@ from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import path_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.recording.bag import Bag, BagError, BagMessage
+from bpc_perception.recording.clocks import ADVICE, Clocks
 from bpc_perception.recording.contents import find_topics, is_recorded
 
 logger = logging.getLogger(__name__)
 
-# More than live: a recorder may get simulated time late, or its clock may be somewhat slow.
-MAXIMUM_LEAD_NS = 10**9
-# Most of the first or of the latest messages tell whether stamps and recording share a clock. The
-# first are read ahead, up to five captures, and must stay few.
-FIRST_COUNT, RECENT_COUNT = 15, 101
+Noted = tuple[BagMessage, int | None]  # a message, and its stamp if that tells anything [ns]
+
+# The first messages tell which clocks there are. They are read ahead, up to five captures, and
+# must stay few.
+FIRST_COUNT = 15
 
 
 def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig, recorder: RecorderConfig,
@@ -53,7 +54,8 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig, recorder: 
     measurement = _OfflineMeasurement(bag, hand_eye, config, recorder)
     if print_id:
         measurement.take_only(print_id)
-    for topic, log_ns, message in _without_future(bag.messages(measurement.topics)):
+    for topic, log_ns, message in _without_future(bag.messages(measurement.topics),
+                                                  measurement.camera):
         yield from measurement.take(topic, log_ns, message)
     yield from measurement.finish()
 
@@ -63,6 +65,7 @@ class _OfflineMeasurement:
 
     Attributes:
         topics: the recorded topics to read.
+        camera: those of the camera.
     """
 
     def __init__(self, bag: Bag, hand_eye: HandEye, config: ThicknessConfig,
@@ -75,7 +78,7 @@ class _OfflineMeasurement:
         if not self._assembled:
             path_sources |= _find_recorded_path(bag)
         self._names = cameras | path_sources
-        self.topics = set(self._names)
+        self.topics, self.camera = set(self._names), set(cameras)
         self._tip = np.array(recorder.nozzle_offset)
         self._tracker = PrintTracker(recorder.path)
         self._pairer = CapturePairer()
@@ -200,33 +203,41 @@ def _log_problems(problems: list[str]) -> None:
         logger.warning('%s', problem)
 
 
-def _without_future(messages: Iterator[BagMessage]) -> Iterator[BagMessage]:
+def _without_future(messages: Iterator[BagMessage], camera: Set[str]) -> Iterator[BagMessage]:
     """Leave out, with a warning, messages with a stamp in the future of their recording, as live.
 
-    When most of the first or of the latest messages have such stamps, the recorder's clock is not
-    the clock of the stamps. Then nothing can be said, and nothing is left out.
+    The recorder's clock may be another than that of the stamps; see Clocks. Warn of topics that
+    are late by a clock of their own.
     """
-    first = deque(islice(messages, FIRST_COUNT))
-    ahead = deque((_is_ahead(log_ns, message) for _, log_ns, message in first), RECENT_COUNT)
-    last_ns = 0
-    for entry in chain(_consume(first), messages):
-        topic, log_ns, message = entry
-        if log_ns < last_ns - MAXIMUM_LEAD_NS:  # the recorder's clock was set back
-            ahead.clear()
-        last_ns = log_ns
-        ahead.append(_is_ahead(log_ns, message))
-        if ahead[-1] and 2 * sum(ahead) <= len(ahead):
-            logger.warning('%s: expected a stamp of the past, found one of the future', topic)
-        else:
+    clocks, ahead = Clocks(camera), set()
+    noted = ((entry, _note(clocks, entry)) for entry in messages)
+    first = deque(islice(noted, FIRST_COUNT))
+    for entry, stamp_ns in chain(_consume(first), noted):
+        topic, log_ns, _ = entry
+        lead = 0.0 if stamp_ns is None else clocks.lead(topic, log_ns, stamp_ns)
+        if not lead:
             yield entry
+        elif topic not in ahead:
+            ahead.add(topic)
+            logger.warning('%s: expected a stamp of the past, found one %.2f s in the future by '
+                           'the clock of the others; such messages are left out; %s',
+                           topic, lead, ADVICE)
+    for topic, lag in clocks.late().items():
+        logger.warning('%s: expected stamps by the clock of the others, found them %.2f s '
+                       'behind; %s', topic, lag, ADVICE)
 
 
-def _consume(entries: deque[BagMessage]) -> Iterator[BagMessage]:
+def _note(clocks: Clocks, entry: BagMessage) -> int | None:
+    """Take note of a message; return its stamp [ns] if that can be held against the clocks."""
+    topic, log_ns, message = entry
+    header = getattr(message, 'header', None)
+    if header is None:
+        return None  # the time of recording counts
+    stamp_ns = stamp_to_ns(header.stamp)
+    return stamp_ns if clocks.note(topic, log_ns, stamp_ns) else None
+
+
+def _consume(entries: deque[Noted]) -> Iterator[Noted]:
     """Yield and release one entry after the other: captures are large."""
     while entries:
         yield entries.popleft()
-
-
-def _is_ahead(log_ns: int, message: Any) -> bool:
-    header = getattr(message, 'header', None)  # without a header, the time of recording counts
-    return header is not None and stamp_to_ns(header.stamp) - log_ns > MAXIMUM_LEAD_NS

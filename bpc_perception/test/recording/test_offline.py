@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Set
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,13 @@ from bpc_perception.core.session import Result
 
 pytest.importorskip('rclpy')
 from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import Header
 
 from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.pose import pose_to_message
-from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.messages.stamps import ns_to_stamp, stamp_to_ns
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.offline import measure_bag
 
@@ -140,7 +141,40 @@ def test_messages_of_the_future_spoil_no_recording(
     index = next(index for index, (_, log_ns, _) in enumerate(entries) if log_ns >= at_ns(when))
     entries[index:index] = source(when, when + 60)
     assert told(measured(Recorded(entries))) == expected
-    assert 'expected a stamp of the past, found one of the future' in caplog.text
+    assert 'expected a stamp of the past, found one 60.' in caplog.text
+    assert 'behind' not in caplog.text
+
+
+def stamped_off(names: Set[str], off: float) -> list[Entry]:
+    """The print, with the stamps of some topics off by a time [s]."""
+    entries = []
+    for name, log_ns, message in recorded():
+        if name in names:  # each has a header of its own, but for those of a capture
+            message.header = Header(frame_id=message.header.frame_id, stamp=ns_to_stamp(
+                stamp_to_ns(message.header.stamp) + round(off * SECOND)))
+        entries.append((name, log_ns, message))
+    return entries
+
+
+@pytest.mark.parametrize('names', [{topics.POSE}, {topics.EXTRUSION}])
+@pytest.mark.parametrize('recorder', [0, -3600])
+def test_a_topic_whose_clock_is_ahead_is_left_out_as_live(
+        names: Set[str], recorder: int, caplog: pytest.LogCaptureFixture) -> None:
+    entries = [(name, log_ns + recorder * SECOND, message)
+               for name, log_ns, message in stamped_off(names, 0.5)]
+    assert all(result.profile is None for result in measured(Recorded(entries)))
+    lines = caplog.text.splitlines()
+    assert sum('found one 0.50 s in the future by the clock of the others' in line
+               for line in lines) == 1
+
+
+@pytest.mark.parametrize(('names', 'off'), [
+    ({topics.POSE}, -0.5), ({topics.EXTRUSION}, -1.0), (set(topics.CAMERA), -2.5)])
+def test_a_topic_whose_clock_is_behind_is_named(names: Set[str], off: float,
+                                                caplog: pytest.LogCaptureFixture) -> None:
+    list(measured(Recorded(stamped_off(names, off))))
+    for name in names:
+        assert f'{name}: expected stamps by the clock of the others' in caplog.text
 
 
 @pytest.mark.parametrize('source', [robot, extruder])
