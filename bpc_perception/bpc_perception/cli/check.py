@@ -30,7 +30,7 @@ from bpc_perception.core.parameter import ConfigError
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
-from bpc_perception.files.parameter_file import configure, live_recorder
+from bpc_perception.files.parameter_file import configure, live_recorder, name_other_sections
 
 S_PER_DAY = 86400.0
 SPIN_PERIOD_S = 0.05
@@ -62,6 +62,7 @@ def check(
     for finding in findings:
         show(finding, terminal)
     recorder = configure(RecorderConfig(), 'path_recorder', parameters)
+    name_other_sections(parameters)
     for finding in topic_findings(recorder, others, camera is None, seconds, terminal):
         show(finding, terminal)
         findings.append(finding)

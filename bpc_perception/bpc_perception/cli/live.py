@@ -21,7 +21,7 @@ from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
-from bpc_perception.files.parameter_file import configure, live_recorder
+from bpc_perception.files.parameter_file import configure, live_recorder, name_other_sections
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.recording.path_journal import default_folder
@@ -62,6 +62,7 @@ def live(
         raise ValueError('expected --new-print or --resume, found both')
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
+    name_other_sections(parameters)
     if camera is not None:
         check_back_end(camera)
     recorder = live_recorder(parameters)

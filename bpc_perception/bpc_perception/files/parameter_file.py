@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -9,15 +12,42 @@ from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.parameter import Config, ConfigError, ConfigType, flatten, replace_flat
 from bpc_perception.files.yaml_file import FileError, read_yaml
 
+logger = logging.getLogger(__name__)
+
+PARAMETERS = 'ros__parameters'
+WILDCARDS = ('*', '**')
+OF_EVERY_NODE = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
+NODES = ('bag_player', 'bag_recorder', 'camera_driver', 'extruder_bridge', 'page',
+         'path_recorder', 'results_writer', 'thickness')
+
 
 class ParameterFileError(ValueError):
     """A parameter file is not what was expected; the message names both."""
 
 
+@dataclass(frozen=True)
+class _Section:
+    """What a file says of a node, or of those that a wildcard names.
+
+    Attributes:
+        name: with its namespace, such as ``cell/thickness`` or ``**``.
+        values: by dotted name.
+    """
+
+    name: str
+    values: dict[str, Any]
+
+    @property
+    def node(self) -> str:
+        """The name without its namespace."""
+        return self.name.rsplit('/', 1)[-1]
+
+
 def configure(default: ConfigType, node: str, file: str | Path | None) -> ConfigType:
     """Return a configuration with the values that a parameter file gives a node.
 
-    As in ROS, ``/**`` is for all nodes, so names there that this node does not know are left out.
+    As in ROS, a wildcard is for all nodes, so names there that this node does not know are left
+    out, and so are parameters that every node of ROS has.
 
     Raises:
         ParameterFileError: the file cannot be read or has another form.
@@ -35,13 +65,27 @@ def given_values(default: Config, node: str, file: str | Path | None) -> dict[st
         return {}
     known = {name for name, _, _ in flatten(default)}
     values: dict[str, Any] = {}
-    for selector, parameters in _sections(Path(file)).items():
-        flat = dict(_flat(parameters))
-        if selector.strip('/') == '**':
-            values.update({name: value for name, value in flat.items() if name in known})
-        elif selector.rsplit('/', 1)[-1] == node:  # in any namespace
-            values.update(flat)
+    for section in _sections(Path(file)):
+        if section.node == node:  # in any namespace
+            values.update({name: value for name, value in section.values.items()
+                           if not name.startswith(OF_EVERY_NODE)})
+        elif section.node in WILDCARDS:
+            values.update({name: value for name, value in section.values.items()
+                           if name in known})
     return values
+
+
+def name_other_sections(file: str | Path | None) -> None:
+    """Log which sections are for no node of bpc: one may be misspelt.
+
+    Raises ParameterFileError.
+    """
+    others = [] if file is None else [
+        section.name for section in _sections(Path(file))
+        if section.node not in (*NODES, *WILDCARDS)]
+    if others:
+        logger.warning('%s: expected sections for %s, found %s as well: no node of bpc reads that',
+                       file, ', '.join(NODES), ', '.join(others))
 
 
 def live_recorder(file: str | Path | None) -> RecorderConfig:
@@ -58,17 +102,28 @@ def live_recorder(file: str | Path | None) -> RecorderConfig:
     return config
 
 
-def _sections(path: Path) -> dict[str, dict[str, Any]]:
+def _sections(path: Path) -> list[_Section]:
+    """Read the sections of a file, in their order [rcl_yaml_param_parser]."""
     try:
         content = read_yaml(path)
     except FileError as error:
         raise ParameterFileError(f'{path}: {error}') from error
     try:
-        return {str(node): dict(section['ros__parameters'])
-                for node, section in (content or {}).items()}
-    except (AttributeError, KeyError, TypeError, ValueError):
+        return list(_sections_in(content or {}, ()))
+    except (AttributeError, TypeError, ValueError):
         raise ParameterFileError(f'{path}: expected ros__parameters under each node, '
                                  'found another form') from None
+
+
+def _sections_in(content: dict[Any, Any], above: tuple[str, ...]) -> Iterator[_Section]:
+    """Yield the sections below some levels, of which those above a node are its namespace."""
+    for name, below in content.items():
+        if name == PARAMETERS and above:
+            yield _Section('/'.join(above), dict(_flat(below)))
+        elif isinstance(below, dict):
+            yield from _sections_in(below, (*above, str(name).strip('/')))
+        else:
+            raise ValueError(name)
 
 
 def _flat(values: dict[str, Any], prefix: str = '') -> list[tuple[str, Any]]:

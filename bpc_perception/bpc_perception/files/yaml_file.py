@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+import re
 from typing import Any
 
 import yaml
@@ -38,7 +39,7 @@ def read_yaml(path: str | Path) -> Any:
 class PlainLoader(yaml.SafeLoader):
     """Loads neither Python objects nor aliases: a few lines of aliases make a billion values.
 
-    ROS does not load aliases from parameter files either.
+    ROS does not load aliases from parameter files either. As there, 2e-3 is a number.
     """
 
     _depth = 0
@@ -54,3 +55,8 @@ class PlainLoader(yaml.SafeLoader):
             return super().compose_node(parent, index)
         finally:
             self._depth -= 1
+
+
+PlainLoader.add_implicit_resolver(
+    'tag:yaml.org,2002:float', re.compile(r'^[-+]?(\.\d+|\d+(\.\d*)?)[eE][-+]?\d+$'),
+    list('-+.0123456789'))

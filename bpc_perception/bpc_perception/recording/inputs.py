@@ -9,7 +9,7 @@ from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import AdviceConfig, RecorderConfig, ThicknessConfig
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.files.hand_eye_file import load_hand_eye
-from bpc_perception.files.parameter_file import configure
+from bpc_perception.files.parameter_file import configure, name_other_sections
 from bpc_perception.recording.bag import Bag
 
 # Files of these names in the folder of a recording belong to it.
@@ -78,6 +78,7 @@ def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
     if own:
         parameters = folder / PARAMETERS
     thickness = configure(ThicknessConfig(), 'thickness', parameters)
+    name_other_sections(parameters)
     targets = folder / TARGETS
     if own and targets.is_file():  # the table may have been moved or changed since
         thickness = replace(thickness, advice=replace(thickness.advice, target_file=str(targets)))
