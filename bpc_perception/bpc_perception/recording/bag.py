@@ -7,14 +7,17 @@ read with ``rosbags``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+import heapq
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from rclpy.serialization import deserialize_message
 from rosbags.rosbag2 import Reader as SqliteReader
 
+from bpc_perception.files.yaml_file import FileError, read_yaml
 from bpc_perception.messages.types import message_type
 from bpc_perception.recording import mcap_file
 from bpc_perception.recording.mcap_file import RawMessage
@@ -52,23 +55,28 @@ class Bag:
         """Open a recording. Raises BagError when there is none, or it has no messages."""
         self.path = Path(path)
         self.files = _storage_files(self.path)
-        self._storage: list[_Storage] = [
+        storages: list[_Storage] = [
             _SqliteStorage(file) if file.suffix == '.db3' else _McapStorage(file)
             for file in self.files]
-        self.topics: dict[str, str] = {}
-        for storage in self._storage:
-            self.topics.update(storage.topics())
+        counts = [storage.topics() for storage in storages]
+        # A recorder that was stopped may have begun a file into which nothing came any more.
+        self._storage = [storage for storage, count in zip(storages, counts, strict=True) if count]
+        self.topics = _most_frequent(counts)
+        if not self.topics:
+            kind = 'a sqlite3 bag' if self.files[0].suffix == '.db3' else 'an MCAP file'
+            raise BagError(f'{self.path}: expected {kind} with messages, found none')
 
     def messages(self, topics: set[str]) -> Iterator[BagMessage]:
         """Yield the messages of these topics in the order of recording. Raises BagError."""
-        for storage in self._storage:
-            for raw in storage.messages(topics):
-                try:
-                    message = deserialize_message(raw.data, message_type(raw.type_name))
-                except Exception as error:  # rclpy raises whatever the type support throws
-                    raise BagError(f'{self.path}: expected a {raw.type_name} on {raw.topic}, '
-                                   f'found {len(raw.data)} other bytes') from error
-                yield BagMessage(raw.topic, raw.log_ns, message)
+        for raw in _in_time(self._storage, topics):
+            if raw.type_name != self.topics[raw.topic]:
+                continue  # of another type on the same topic
+            try:
+                message = deserialize_message(raw.data, message_type(raw.type_name))
+            except Exception as error:  # rclpy raises whatever the type support throws
+                raise BagError(f'{self.path}: expected a {raw.type_name} on {raw.topic}, '
+                               f'found {len(raw.data)} other bytes') from error
+            yield BagMessage(raw.topic, raw.log_ns, message)
 
     def count(self, topic: str) -> int | None:
         """Return the number of messages of a topic; None when a file does not state it."""
@@ -88,19 +96,63 @@ def _storage_files(path: Path) -> list[Path]:
         raise BagError(f'{path}: expected a bag, found nothing there')
     if recordings := recordings_in(path):  # more than one after a crash
         return [file for recording in recordings for file in _storage_files(recording)]
-    files = sorted(path.glob('*.mcap'), key=lambda file: (len(file.name), file.name))  # 2, 10
-    files += sorted(path.glob('*.db3'))[:1]  # its reader reads all others of the bag, too
+    files = _listed_files(path)
+    if not files:
+        files = sorted(path.glob('*.mcap'), key=lambda file: (len(file.name), file.name))  # 2, 10
+        files += path.glob('*.db3')
+    # The reader of sqlite3 files reads all others of the bag, too.
+    files = [file for file in files if file.suffix == '.mcap'] + [
+        file for file in sorted(files) if file.suffix == '.db3'][:1]
     if not files:
         raise BagError(f'{path}: expected a rosbag2 folder or an .mcap or .db3 file, '
                        'found neither')
     return files
 
 
+def _listed_files(path: Path) -> list[Path]:
+    """Return the files that metadata.yaml lists, in its order, as far as they are there."""
+    try:
+        content = read_yaml(path / 'metadata.yaml')
+        names = content['rosbag2_bagfile_information']['relative_file_paths']
+        files = [path / Path(str(name)).name for name in names]
+    except (FileError, LookupError, TypeError):
+        return []
+    return [file for file in files if file.suffix in ('.mcap', '.db3') and file.is_file()]
+
+
+def _most_frequent(counted: Iterable[dict[tuple[str, str], int]]) -> dict[str, str]:
+    """Return each topic with the type that most of its messages have."""
+    total: Counter[tuple[str, str]] = Counter()
+    for counts in counted:
+        total.update(counts)
+    return {topic: max((number, kind) for (other, kind), number in total.items()
+                       if other == topic)[1] for topic, _ in total}
+
+
+def _in_time(storages: list[_Storage], topics: set[str]) -> Iterator[RawMessage]:
+    """Yield the messages of files in the order of recording; spans of files may overlap."""
+    group: list[_Storage] = []
+    end = 0
+    for storage in storages:
+        start, last = storage.span() if len(storages) > 1 else (0, 0)
+        if group and not start <= end:
+            yield from _merged(group, topics)
+            group = []
+        group.append(storage)
+        end = max(end, last)
+    yield from _merged(group, topics)
+
+
+def _merged(storages: list[_Storage], topics: set[str]) -> Iterator[RawMessage]:
+    return heapq.merge(*(storage.messages(topics) for storage in storages),
+                       key=lambda message: message.log_ns)
+
+
 class _Storage(Protocol):
     """A storage file of a recording. All methods raise BagError."""
 
-    def topics(self) -> dict[str, str]:
-        """Return the name of each topic with its type."""
+    def topics(self) -> dict[tuple[str, str], int]:
+        """Return each topic and type with the number of its messages; 1 if it is not stated."""
 
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
         """Yield the messages of these topics, or all, in the order of recording."""
@@ -118,21 +170,21 @@ class _McapStorage:
     def __init__(self, file: Path) -> None:
         self._file = file
 
-    def topics(self) -> dict[str, str]:
+    def topics(self) -> dict[tuple[str, str], int]:
         summary = mcap_file.summary(self._file)
-        if summary is not None and summary.channels and all(
+        if summary is not None and summary.statistics is not None and all(
                 channel.schema_id in summary.schemas for channel in summary.channels.values()):
-            return {channel.topic: summary.schemas[channel.schema_id].name
-                    for channel in summary.channels.values()}
-        topics = {message.topic: message.type_name for message in self.messages()}
-        if not topics:
-            raise BagError(f'{self._file}: expected an MCAP file with messages, found none')
-        return topics
+            counts = summary.statistics.channel_message_counts
+            found: Counter[tuple[str, str]] = Counter()
+            for number, channel in summary.channels.items():
+                kind = mcap_file.full_name(summary.schemas[channel.schema_id].name)
+                found[channel.topic, kind] += counts.get(number, 0)
+            return dict(found)
+        return dict(Counter((message.topic, message.type_name)
+                            for message in mcap_file.messages(self._file)))
 
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        for message in mcap_file.messages(self._file):
-            if topics is None or message.topic in topics:
-                yield message
+        return mcap_file.messages_in_time(self._file, topics)
 
     def count(self, topic: str) -> int | None:
         summary = mcap_file.summary(self._file)
@@ -154,9 +206,10 @@ class _SqliteStorage:
     def __init__(self, file: Path) -> None:
         self._file = file
 
-    def topics(self) -> dict[str, str]:
+    def topics(self) -> dict[tuple[str, str], int]:
         with self._open() as reader:
-            return {connection.topic: connection.msgtype for connection in reader.connections}
+            return {(connection.topic, connection.msgtype): connection.msgcount
+                    for connection in reader.connections}
 
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
         with self._open() as reader:

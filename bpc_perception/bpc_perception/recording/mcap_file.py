@@ -7,21 +7,34 @@ package can read no more than the size of the file, and no chunk is unpacked tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Set
 from dataclasses import replace
+import heapq
 import logging
 import os
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import lz4.frame
+from mcap.data_stream import ReadDataStream
 from mcap.reader import make_reader, Summary
-from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    McapRecord,
+    Message,
+    MessageIndex,
+    Metadata,
+    Schema,
+)
 from mcap.stream_reader import breakup_chunk, StreamReader
 import zstandard
 
 logger = logging.getLogger(__name__)
 LARGEST_CHUNK_BYTES = 1 << 30  # unpacked; fifteen captures of the largest camera
+RECORD_HEAD_BYTES = 9  # opcode and length
+SET_BACK_NS = 5 * 10**9  # by which a topic goes back in time only if the clock did
 # By the name of the compression: packed data and the most bytes to unpack, to unpacked data.
 DECOMPRESSORS: dict[str, Callable[[bytes, int], bytes]] = {
     '': lambda data, _: data,
@@ -95,7 +108,7 @@ def metadata(file: Path, name: str) -> dict[str, str]:
 
 
 def messages(file: Path) -> Iterator[RawMessage]:
-    """Yield all whole messages in the order of the file, which is the order of recording.
+    """Yield all whole messages in the order of the file.
 
     A damaged chunk is left out, and everything behind it if its end cannot be found. Both are
     logged.
@@ -111,8 +124,100 @@ def messages(file: Path) -> Iterator[RawMessage]:
             channel = channels.get(record.channel_id)
             schema = schemas.get(channel.schema_id) if channel else None
             if channel and schema:  # otherwise they were in a damaged chunk
-                yield RawMessage(channel.topic, schema.name, schema.data, record.log_time,
-                                 record.data)
+                yield _raw(channel, schema, record)
+
+
+def messages_in_time(file: Path, topics: Set[str] | None = None) -> Iterator[RawMessage]:
+    """Yield the messages of these topics, or all, in the order in which they were recorded.
+
+    A writer may have left them in another: topic after topic, or of several writers. Where the
+    index does not say, since the file is torn or has no chunks, or where the recorder's clock was
+    set back, the order of the file counts.
+    """
+    found = summary(file)
+    if (found is None or not found.chunk_indexes or _was_set_back(file, found)
+            or any(channel.schema_id not in found.schemas
+                   for channel in found.channels.values())):
+        yield from (message for message in messages(file)
+                    if topics is None or message.topic in topics)
+        return
+    wanted = {number: channel for number, channel in found.channels.items()
+              if topics is None or channel.topic in topics}
+    waiting: list[tuple[int, int, int, Message | None]] = [
+        (index.message_start_time, index.chunk_start_offset, -1, None)
+        for index in found.chunk_indexes if wanted.keys() & index.message_index_offsets.keys()]
+    heapq.heapify(waiting)
+    with file.open('rb') as stream:
+        while waiting:
+            _, offset, _, message = heapq.heappop(waiting)
+            if message is not None:
+                channel = wanted[message.channel_id]
+                yield _raw(channel, found.schemas[channel.schema_id], message)
+                continue
+            for place, (time, record) in enumerate(_timed(_chunk_at(file, stream, offset))):
+                if record.channel_id in wanted:
+                    heapq.heappush(waiting, (time, offset, place, record))
+
+
+def _was_set_back(file: Path, found: Summary) -> bool:
+    """Return whether the recorder's clock was set back: a topic goes on far before it was."""
+    latest: dict[int, ChunkIndex] = {}
+    for index in sorted(found.chunk_indexes, key=lambda index: index.chunk_start_offset):
+        for channel in index.message_index_offsets:
+            before = latest.get(channel)
+            # What the chunk before ends with may be of another topic: its own index tells.
+            if (before is not None
+                    and index.message_end_time < before.message_end_time - SET_BACK_NS
+                    and index.message_end_time < _last_time(file, before, channel) - SET_BACK_NS):
+                return True
+            latest[channel] = index
+    return False
+
+
+def _last_time(file: Path, index: ChunkIndex, channel: int) -> int:
+    """Return the time of the last message of a channel in a chunk; 0 if its index is damaged."""
+    try:
+        with file.open('rb') as stream:
+            stream.seek(index.message_index_offsets[channel] + RECORD_HEAD_BYTES)
+            records = MessageIndex.read(ReadDataStream(bounded(stream))).records
+            return max((time for time, _ in records), default=0)
+    except Exception:  # as in _records
+        return 0
+
+
+def _timed(records: Iterable[McapRecord]) -> Iterator[tuple[int, Message]]:
+    """Yield the messages of a chunk, each with its time; it stays where a clock was set back."""
+    latest: dict[int, int] = {}
+    held = 0
+    for record in records:
+        if isinstance(record, Message):
+            before = latest.get(record.channel_id, 0)
+            if record.log_time < before - SET_BACK_NS:
+                held = max(held, before)
+            latest[record.channel_id] = max(before, record.log_time)
+            yield max(record.log_time, held), record
+
+
+def _chunk_at(file: Path, stream: BinaryIO, offset: int) -> list[McapRecord]:
+    """Return the records of the chunk at an offset of a file; none if it is damaged."""
+    try:
+        stream.seek(offset + RECORD_HEAD_BYTES)
+        chunk = Chunk.read(ReadDataStream(bounded(stream)))
+    except Exception as error:  # as in _records
+        logger.warning('%s: left out a damaged chunk (%s)', file, type(error).__name__)
+        return []
+    return _unpacked(file, chunk)
+
+
+def _raw(channel: Channel, schema: Schema, record: Message) -> RawMessage:
+    return RawMessage(channel.topic, full_name(schema.name), schema.data, record.log_time,
+                      record.data)
+
+
+def full_name(type_name: str) -> str:
+    """Return a type such as ``sensor_msgs/Image`` as ``sensor_msgs/msg/Image``."""
+    package, _, name = type_name.partition('/')
+    return f'{package}/msg/{name}' if name and '/' not in name else type_name
 
 
 def _records(file: Path) -> Iterator[McapRecord]:

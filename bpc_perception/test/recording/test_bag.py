@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 import shutil
@@ -19,6 +19,8 @@ import pytest
 
 bag = pytest.importorskip('bpc_perception.recording.bag')
 from geometry_msgs.msg import PointStamped, Pose, PoseStamped  # noqa: E402
+from mcap.writer import Writer as McapWriter  # noqa: E402
+from rclpy.serialization import serialize_message  # noqa: E402
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
@@ -106,15 +108,81 @@ def test_only_the_topics_asked_for_are_read(tmp_path: Path) -> None:
     assert [topic for topic, _, _ in found] == ['/words'] * 3
 
 
-def test_messages_come_in_the_order_of_recording(tmp_path: Path) -> None:
-    content = entries(6)
-    content[2], content[3] = content[3], content[2]
+@pytest.mark.parametrize('order', [
+    lambda entry: (entry[0], entry[1]), lambda entry: (entry[1] // 10**7, -entry[1])],
+    ids=['topic after topic', 'somewhat mixed'])
+@pytest.mark.parametrize('compress', [False, True])
+def test_messages_come_in_the_order_of_recording(
+        tmp_path: Path, compress: bool, order: Callable[[tuple[str, int, Any]], Any]) -> None:
+    content = entries(400)  # of several chunks
+    folder = write(tmp_path / 'bag', sorted(content, key=order), compress=compress)
+    assert read(folder) == content
+
+
+def test_where_the_clock_was_set_back_the_order_of_the_file_counts(tmp_path: Path) -> None:
+    content = [(topic, stamp_ns - (3600 * SECOND if index >= 200 else 0), message)
+               for index, (topic, stamp_ns, message) in enumerate(entries(400))]
     assert read(write(tmp_path / 'bag', content)) == content
 
 
-def test_serialized_messages_are_written_as_they_are(tmp_path: Path) -> None:
-    from rclpy.serialization import serialize_message
+def split(folder: Path, names: Iterable[str],
+          parts: Iterable[Iterable[tuple[str, int, Any]]], listed: bool = False) -> Path:
+    """A recording in files of these names, of which metadata.yaml may list the order."""
+    folder.mkdir()
+    for name, part in zip(names, parts, strict=True):
+        shutil.move(storage(write(folder / 'part', part)), folder / f'{name}.mcap')
+        shutil.rmtree(folder / 'part')
+    if listed:
+        (folder / 'metadata.yaml').write_text(yaml.safe_dump({'rosbag2_bagfile_information': {
+            'relative_file_paths': [f'{name}.mcap' for name in names]}}))
+    return folder
 
+
+def test_files_are_read_in_the_order_of_the_metadata_and_no_others(tmp_path: Path) -> None:
+    content = entries(40)
+    folder = split(tmp_path / 'bag', ('morning', 'late'), (content[:20], content[20:]), True)
+    write(tmp_path / 'stray', entries(3))
+    shutil.copy(storage(tmp_path / 'stray'), folder)
+    assert [file.name for file in Bag(folder).files] == ['morning.mcap', 'late.mcap']
+    assert read(folder) == content
+
+
+def test_files_whose_messages_overlap_are_merged(tmp_path: Path) -> None:
+    content = entries(60)
+    late = content[20:30:2]
+    first = [entry for entry in content[:30] if entry not in late]
+    folder = split(tmp_path / 'bag', ('b_0', 'b_1', 'b_2'),
+                   (first, [*content[30:35], *late, *content[35:50]], content[50:]))
+    assert read(folder) == content
+
+
+def test_a_file_into_which_nothing_came_spoils_no_recording(tmp_path: Path) -> None:
+    content = entries(40)
+    assert read(split(tmp_path / 'bag', ('b_0', 'b_1', 'b_2'),
+                      (content[:20], content[20:], ()))) == content
+
+
+def test_of_two_types_on_a_topic_the_more_frequent_is_read(tmp_path: Path) -> None:
+    content = entries(10)
+    with (tmp_path / 'bag.mcap').open('wb') as stream:
+        writer = McapWriter(stream)
+        writer.start('ros2')
+        for topic, kind, count in (('/words', STRING, 5), ('/words', 'foxglove_msgs/msg/Log', 2),
+                                   ('/points', 'geometry_msgs/PointStamped', 5)):
+            schema = writer.register_schema(kind, 'ros2msg', b'')
+            channel = writer.register_channel(topic, 'cdr', schema)
+            chosen = [entry for entry in content if entry[0] == topic][:count]
+            for _, stamp_ns, message in chosen:
+                writer.add_message(channel, stamp_ns + count, serialize_message(message),
+                                   stamp_ns)
+        writer.finish()
+    opened = Bag(tmp_path / 'bag.mcap')
+    assert opened.topics == {'/words': STRING, '/points': POINT}  # a short name is as good
+    assert [message for _, _, message in opened.messages(set(opened.topics))] == [
+        message for _, _, message in content]
+
+
+def test_serialized_messages_are_written_as_they_are(tmp_path: Path) -> None:
     folder = write(tmp_path / 'bag', [('/points', 1, serialize_message(point(3)))])
     assert read(folder) == [('/points', 1, point(3))]
 
