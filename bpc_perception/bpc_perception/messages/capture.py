@@ -18,8 +18,11 @@ from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_t
 # Where red, green and blue lie in a pixel, and the bytes of a pixel.
 IMAGE_ENCODINGS = {'rgba8': (slice(0, 3), 4), 'rgb8': (slice(0, 3), 3),
                    'bgr8': (slice(2, None, -1), 3), 'bgra8': (slice(2, None, -1), 4)}
+FLOAT_BYTES = {PointField.FLOAT32: 4, PointField.FLOAT64: 8}
+FARTHEST_M = 20.0  # that a camera sees; what is farther has another unit
+GRID_POINTS = 128  # along the longer side, that tell how a cloud is written
 # Possible numbers of coefficients.
-DISTORTION_MODELS = {'': (0,), 'plumb_bob': (0, 4, 5), 'rational_polynomial': (8,)}
+DISTORTION_MODELS = {'': (0,), 'none': (0,), 'plumb_bob': (0, 4, 5), 'rational_polynomial': (8,)}
 
 
 def image_to_rgb(message: Image) -> NDArray[np.uint8]:
@@ -28,56 +31,78 @@ def image_to_rgb(message: Image) -> NDArray[np.uint8]:
         raise ConversionError(f'image: expected encoding {", ".join(IMAGE_ENCODINGS)}, '
                               f'found "{message.encoding}"')
     channels, size = IMAGE_ENCODINGS[message.encoding]
-    _check_layout('image', message, message.step, message.width * size)
+    step = _row_step('image', message, message.step, message.width * size)
     pixels: NDArray[np.uint8] = np.ndarray(
-        (message.height, message.width, size), np.uint8, message.data,
-        strides=(message.step, size, 1))
+        (message.height, message.width, size), np.uint8, message.data, strides=(step, size, 1))
     return pixels[..., channels]
 
 
 def cloud_to_xyz(message: PointCloud2) -> NDArray[np.float32]:
     """Return the points of an organized cloud (H, W, 3), float32 [m], in its frame; NaN = none.
 
-    They are a view if x, y and z lie together in the byte order of this computer. Raises
-    ConversionError.
+    They are a view if x, y and z are FLOAT32 and lie together in the byte order of this computer.
+    Points at 0, 0, 0 stand for none as well. Raises ConversionError.
     """
     if message.height < 2:
         raise ConversionError('cloud: expected an organized cloud, found '
                               f'{message.width} x {message.height} points')
-    offsets = [_axis_offset(message, axis) for axis in 'xyz']
-    if max(offsets) + 4 > message.point_step:
+    offsets, size = _axes(message)
+    if max(offsets) + size > message.point_step:
         raise ConversionError(f'cloud: expected fields within point_step {message.point_step}, '
                               f'found offsets {offsets}')
-    _check_layout('cloud', message, message.row_step, message.width * message.point_step)
-    kind = np.dtype('>f4' if message.is_bigendian else '<f4')
-    if offsets == [offsets[0], offsets[0] + 4, offsets[0] + 8] and not message.is_bigendian:
-        return np.ndarray((message.height, message.width, 3), kind, message.data, offsets[0],
-                          (message.row_step, message.point_step, 4))
-    axes: list[NDArray[np.float32]] = [
-        np.ndarray((message.height, message.width), kind, message.data, offset,
-                   (message.row_step, message.point_step)) for offset in offsets]
-    return np.stack(axes, axis=2).astype(np.float32)
+    step = _row_step('cloud', message, message.row_step, message.width * message.point_step)
+    kind = np.dtype(f'{">" if message.is_bigendian else "<"}f{size}')
+    if (offsets == [offsets[0], offsets[0] + 4, offsets[0] + 8] and size == 4
+            and not message.is_bigendian):
+        return _in_metres(np.ndarray((message.height, message.width, 3), kind, message.data,
+                                     offsets[0], (step, message.point_step, 4)))
+    axes = [np.ndarray((message.height, message.width), kind, message.data, offset,
+                       (step, message.point_step)) for offset in offsets]
+    return _in_metres(np.stack(axes, axis=2).astype(np.float32))
 
 
-def _axis_offset(message: PointCloud2, axis: str) -> int:
-    """Return the offset of a coordinate in a point [bytes]. Raises ConversionError."""
-    found = next((field for field in message.fields if field.name == axis), None)
-    if found is None or found.datatype != PointField.FLOAT32:
-        raise ConversionError(f'cloud: expected a FLOAT32 field {axis}, found '
+def _axes(message: PointCloud2) -> tuple[list[int], int]:
+    """Return the offsets of x, y and z in a point, and the size of each [bytes].
+
+    Raises ConversionError.
+    """
+    fields = {field.name: field for field in message.fields}
+    kinds = {fields[axis].datatype for axis in 'xyz' if axis in fields}
+    if not (fields.keys() >= set('xyz') and len(kinds) == 1 and kinds <= FLOAT_BYTES.keys()):
+        raise ConversionError('cloud: expected FLOAT32 or FLOAT64 fields x, y and z, found '
                               f'{[(field.name, field.datatype) for field in message.fields]}')
-    return int(found.offset)
+    return [int(fields[axis].offset) for axis in 'xyz'], FLOAT_BYTES[kinds.pop()]
 
 
-def _check_layout(name: str, message: Any, step: int, least_step: int) -> None:
-    """Raise ConversionError unless the data have all rows of ``step`` bytes each."""
+def _in_metres(xyz: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return points (H, W, 3) with NaN where there is none. Raises ConversionError."""
+    step = max(1, max(xyz.shape[:2]) // GRID_POINTS)
+    some = xyz[::step, ::step]
+    distance = np.abs(some[..., 2][np.isfinite(some[..., 2])])
+    if len(distance) and np.median(distance) > FARTHEST_M:
+        raise ConversionError('cloud: expected points in metres, found them '
+                              f'{np.median(distance):.0f} away; are they in millimetres?')
+    if not (some == 0).all(axis=2).any():
+        return xyz
+    return np.where((xyz == 0).all(axis=2)[..., None], np.float32(np.nan), xyz)
+
+
+def _row_step(name: str, message: Any, step: int, least: int) -> int:
+    """Return the bytes from row to row; some drivers leave it 0, or say the size of all rows.
+
+    Raises ConversionError unless the data have all rows.
+    """
     if message.width == 0 or message.height == 0:
         raise ConversionError(f'{name}: expected pixels, found {message.width} x {message.height}')
-    if step < least_step:
-        raise ConversionError(f'{name}: expected rows of {least_step} bytes or more, found {step}')
-    needed = step * (message.height - 1) + least_step
+    if step in (0, least * message.height) and len(message.data) == least * message.height:
+        return least
+    if step < least:
+        raise ConversionError(f'{name}: expected rows of {least} bytes or more, found {step}')
+    needed = step * (message.height - 1) + least
     if len(message.data) < needed:
         raise ConversionError(f'{name}: expected {needed} bytes of data, '
                               f'found {len(message.data)}')
+    return step
 
 
 def camera_from_info(message: CameraInfo) -> PinholeCamera:
@@ -87,6 +112,8 @@ def camera_from_info(message: CameraInfo) -> PinholeCamera:
         raise ConversionError(f'camera_info: expected a calibrated camera, found K {K.tolist()}')
     distortion = np.array(message.d, np.float64)
     lengths = DISTORTION_MODELS.get(message.distortion_model)
+    if lengths is not None and not distortion[lengths[-1]:].any():
+        distortion = distortion[:lengths[-1]]  # zeros that the model has not
     if lengths is None or len(distortion) not in lengths or not np.isfinite(distortion).all():
         raise ConversionError('camera_info: expected plumb_bob with 5 or rational_polynomial '
                               f'with 8 finite coefficients, found "{message.distortion_model}" '

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform
@@ -15,10 +16,16 @@ from bpc_perception.core.robot.kinematics import flange_pose, order_joints
 from bpc_perception.core.robot.poses import pose_matrix
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp
 
+LARGEST_DISTANCE_M = 20.0  # of anything from a robot's base; what is farther has another unit
+
 
 def pose_to_matrix(message: Pose) -> Array:
     """Return the transform (4, 4) [m] of a pose. Raises ConversionError when it is none."""
     p, q = message.position, message.orientation
+    distance = math.hypot(p.x, p.y, p.z)
+    if LARGEST_DISTANCE_M < distance < math.inf:
+        raise ConversionError(f'pose: expected a position in metres, found one {distance:.0f} m '
+                              'away; is it in millimetres?')
     try:
         return pose_matrix(np.array((p.x, p.y, p.z)), np.array((q.x, q.y, q.z, q.w)))
     except ValueError as error:

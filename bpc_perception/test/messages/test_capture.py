@@ -55,7 +55,8 @@ def test_the_last_row_needs_no_padding() -> None:
 
 
 @pytest.mark.parametrize('changes', [
-    {'encoding': 'mono8'}, {'encoding': ''}, {'encoding': 'rgb16'}, {'step': 8}, {'step': 0},
+    {'encoding': 'mono8'}, {'encoding': ''}, {'encoding': 'rgb16'}, {'step': 8},
+    {'step': 0, 'data': array('B', bytes(17))},
     {'width': 4}, {'height': 3}, {'height': 0}, {'width': 0}, {'data': array('B')},
     {'height': 2**32 - 1, 'width': 2**32 - 1, 'step': 2**32 - 1}])
 def test_an_image_that_does_not_fit_is_refused(changes: dict[str, Any]) -> None:
@@ -68,9 +69,9 @@ def test_an_image_that_does_not_fit_is_refused(changes: dict[str, Any]) -> None:
 
 def cloud_message(*, offsets: tuple[int, int, int] = (0, 4, 8), point_step: int = 16,
                   padding: int = 0, big: bool = False, order: str = 'xyz') -> PointCloud2:
-    """Return 4 rows of 5 points (column, 10 row, column * row) without the last point."""
+    """Return 4 rows of 5 points (column, 10 row, 1 + column * row) without the last point."""
     v, u = np.mgrid[0:4, 0:5].astype(np.float32)
-    values = dict(zip('xyz', (u, 10 * v, u * v), strict=True))
+    values = dict(zip('xyz', (u, 10 * v, 1 + u * v), strict=True))
     rows = np.full((4, 5 * point_step + padding), 0x5a, np.uint8)
     points = rows[:, :5 * point_step].reshape(4, 5, point_step)
     for name, offset in zip('xyz', offsets, strict=True):
@@ -93,10 +94,51 @@ def cloud_message(*, offsets: tuple[int, int, int] = (0, 4, 8), point_step: int 
 def test_every_layout_of_a_cloud_is_read(layout: dict[str, Any]) -> None:
     xyz = cloud_to_xyz(cloud_message(**layout))
     v, u = np.mgrid[0:4, 0:5]
-    expected = np.stack((u, 10 * v, u * v), axis=-1).astype(np.float32)
+    expected = np.stack((u, 10 * v, 1 + u * v), axis=-1).astype(np.float32)
     expected[3, 4] = NAN
     assert xyz.dtype == np.float32
     np.testing.assert_array_equal(xyz, expected)
+
+
+@pytest.mark.parametrize('of_row', [0.0, 4.0])  # left out, and the size of all rows
+def test_rows_are_found_where_a_driver_does_not_say_them(of_row: float) -> None:
+    message = cloud_message()
+    expected = cloud_to_xyz(message).copy()
+    message.row_step = int(of_row * message.row_step)
+    np.testing.assert_array_equal(cloud_to_xyz(message), expected)
+    image = image_message('rgb8', 3)
+    colours = image_to_rgb(image).copy()
+    image.step = int(of_row / 2 * image.step)
+    np.testing.assert_array_equal(image_to_rgb(image), colours)
+
+
+def test_double_precision_is_read() -> None:
+    message = cloud_message()
+    expected = cloud_to_xyz(message).copy()
+    message.data = array('B', expected.astype('<f8').tobytes())
+    message.point_step, message.row_step = 24, 24 * 5
+    message.fields = [PointField(name=name, offset=8 * index, count=1,
+                                 datatype=PointField.FLOAT64) for index, name in enumerate('xyz')]
+    np.testing.assert_array_equal(cloud_to_xyz(message), expected)
+
+
+def test_a_point_in_the_camera_is_none() -> None:
+    message = capture_to_messages(capture_of(band_image()))[2]
+    expected = cloud_to_xyz(message).copy()
+    expected[20:60, 30:50] = NAN
+    points = np.frombuffer(message.data, np.float32).reshape(HEIGHT, WIDTH, 4).copy()
+    points[20:60, 30:50, :3] = 0
+    message.data = array('B', points.tobytes())
+    np.testing.assert_array_equal(cloud_to_xyz(message), expected)
+
+
+def test_a_cloud_in_millimetres_is_called_that() -> None:
+    message = capture_to_messages(capture_of(band_image()))[2]
+    points = np.frombuffer(message.data, np.float32).reshape(-1, 4).copy()
+    points[:, :3] *= 1000
+    message.data = array('B', points.tobytes())
+    with pytest.raises(ConversionError, match='are they in millimetres'):
+        cloud_to_xyz(message)
 
 
 def test_the_vendors_cloud_is_not_copied() -> None:
@@ -176,6 +218,7 @@ def test_camera_info_gives_the_intrinsics() -> None:
 
 
 @pytest.mark.parametrize(('model', 'count'), [('plumb_bob', 0), ('plumb_bob', 4), ('', 0),
+                                              ('none', 5), ('', 5), ('plumb_bob', 8),
                                               ('rational_polynomial', 8)])
 def test_distortion_models_of_opencv_are_accepted(model: str, count: int) -> None:
     camera = camera_from_info(info(distortion_model=model, d=[0.0] * count))
@@ -187,7 +230,9 @@ def test_distortion_models_of_opencv_are_accepted(model: str, count: int) -> Non
     {'k': [0.0] * 9}, {'k': [NAN] * 9},
     {'k': [800.0, 0.0, 320.0, 0.0, -1.0, 240.0, 0.0, 0.0, 1.0]},
     {'d': [0.0] * 3}, {'d': [NAN] * 5}, {'distortion_model': 'equidistant'},
-    {'distortion_model': ''}, {'distortion_model': 'rational_polynomial'}])
+    {'distortion_model': '', 'd': [0.1] * 5},
+    {'distortion_model': 'plumb_bob', 'd': [0.0] * 5 + [0.1] * 3},
+    {'distortion_model': 'rational_polynomial'}])
 def test_an_uncalibrated_camera_is_refused(changes: dict[str, Any]) -> None:
     with refused:
         camera_from_info(info(**changes))
@@ -264,7 +309,8 @@ def test_a_capture_of_a_real_size_is_read_quickly_because_it_is_not_copied() -> 
     message = PointCloud2(
         width=1944, height=1200, point_step=16, row_step=16 * 1944,
         fields=[PointField(name=name, offset=4 * index, count=1, datatype=7)
-                for index, name in enumerate('xyz')], data=array('B', bytes(16 * 1944 * 1200)))
+                for index, name in enumerate('xyz')],
+        data=array('B', bytes((0, 0, 0, 63)) * 4 * 1944 * 1200))
     xyz = cloud_to_xyz(message)
     assert np.shares_memory(xyz[-1, -1], np.frombuffer(message.data, np.uint8)[-16:])
 
