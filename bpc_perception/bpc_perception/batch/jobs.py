@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 import logging
 import os
@@ -32,6 +33,7 @@ class Job:
         bag: the recording.
         out: folder for its results.
         hand_eye, parameters: files for it; None = those beside it.
+        others: topic to the one that is to be read in its place.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Job:
     out: Path
     hand_eye: Path | None
     parameters: Path | None
+    others: Mapping[str, str]
 
 
 def find_bags(folder: Path) -> list[Path]:
@@ -64,8 +67,8 @@ def find_bags(folder: Path) -> list[Path]:
     return bags
 
 
-def find_jobs(folder: Path, out: Path, hand_eye: Path | None,
-              parameters: Path | None) -> list[Job]:
+def find_jobs(folder: Path, out: Path, hand_eye: Path | None, parameters: Path | None,
+              others: Mapping[str, str] | None = None) -> list[Job]:
     """Return the recordings below a folder, each with a folder of its own for the results.
 
     Raises:
@@ -81,7 +84,7 @@ def find_jobs(folder: Path, out: Path, hand_eye: Path | None,
             raise ValueError(f'{out}: expected a folder apart from the recordings, found '
                              f'{name}/{recorded} in it')
     return [Job(name, bag.absolute(), (out / name).absolute(), hand_eye and hand_eye.absolute(),
-                parameters and parameters.absolute())
+                parameters and parameters.absolute(), dict(others or {}))
             for name, bag in zip(names, bags, strict=True)]
 
 
@@ -96,7 +99,7 @@ def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
     held = HeldWarnings()
     logging.getLogger('bpc_perception').addHandler(held)
     try:
-        recording = inputs.load(job.bag, job.hand_eye, job.parameters)
+        recording = inputs.load(job.bag, job.hand_eye, job.parameters, job.others)
         provenance = provenance_of(recording)
         if (rows := finished(job, provenance.fingerprint)) is not None:
             return rows, False

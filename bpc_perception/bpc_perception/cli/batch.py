@@ -14,8 +14,10 @@ from bpc_perception.cli.parts.options import (
     JsonOption,
     ParametersOption,
     QuietOption,
+    RemapOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.runtime.ros_arguments import remappings
 
 NEEDED_PACKAGES = ('distributed', 'pyarrow')
 
@@ -27,6 +29,7 @@ def batch(
         '--out', metavar='OUT', help='Folder for the table and a folder of results each.')],
     hand_eye: HandEyeOption = None,
     parameters: ParametersOption = None,
+    remap: RemapOption = None,
     workers: Annotated[int | None, typer.Option(
         min=1, metavar='N', help='Processes on this computer; unless given, one for each core.',
     )] = None,
@@ -53,7 +56,7 @@ def batch(
     from bpc_perception.batch.jobs import find_jobs
     from bpc_perception.batch.table import write_table
 
-    jobs = find_jobs(folder, out, hand_eye, parameters)
+    jobs = find_jobs(folder, out, hand_eye, parameters, remappings(remap))
     process_count = min(workers or os.cpu_count() or 1, len(jobs))
     with (terminal.progress('batch', len(jobs)) as advance,
           cluster(scheduler, process_count) as client):

@@ -13,7 +13,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 import typer
 
-from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption
 from bpc_perception.cli.parts.preflight import (
     FAIL,
     Finding,
@@ -31,6 +31,7 @@ from bpc_perception.display.units import MM_PER_M
 from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder, name_other_sections
+from bpc_perception.runtime.ros_arguments import remappings
 
 S_PER_DAY = 86400.0
 SPIN_PERIOD_S = 0.05

@@ -10,7 +10,7 @@ import typer
 
 from bpc_perception.cli.parts.live_page import PageOption, serving
 from bpc_perception.cli.parts.monitor import Monitor, monitoring
-from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption
 from bpc_perception.cli.parts.saved_prints import (
     NoSaveOption,
     PrintsOption,
@@ -28,6 +28,7 @@ from bpc_perception.recording.path_journal import default_folder
 from bpc_perception.recording.print_folder import PRINTS
 from bpc_perception.report.result_folder import expect_room_for
 from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.ros_arguments import remappings
 from bpc_perception.runtime.supervisor import Supervisor
 
 SILENCE_PATIENCE_S = 5.0  # until topics that are still silent are named

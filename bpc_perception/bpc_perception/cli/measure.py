@@ -14,6 +14,7 @@ from bpc_perception.cli.parts.options import (
     OutOption,
     ParametersOption,
     QuietOption,
+    RemapOption,
 )
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
@@ -24,6 +25,7 @@ from bpc_perception.report.outputs import check_figures
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
 from bpc_perception.report.result_folder import check_out, replacing
+from bpc_perception.runtime.ros_arguments import remappings
 
 
 def measure(
@@ -39,6 +41,7 @@ def measure(
         '--print', min=1, metavar='N', help='Report this print of the recording alone, from 1; '
         'else all, each in its own folder if there are several.')] = None,
     figures: FiguresOption = False,
+    remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -46,7 +49,7 @@ def measure(
     terminal = Terminal(quiet, json_lines)
     check_out(out)
     check_figures(figures)
-    recording = inputs.load(bag, hand_eye, parameters)
+    recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
     expected, table = capture_count(recording.bag), ResultTable(terminal)
     with replacing(out) as folder:
         results = PrintResults(

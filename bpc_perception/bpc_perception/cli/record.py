@@ -10,12 +10,12 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption, remappings
+from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption
 from bpc_perception.cli.parts.saved_prints import recorder_settings
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.messages import topics
-from bpc_perception.runtime.ros_arguments import ros_arguments
+from bpc_perception.runtime.ros_arguments import remappings, ros_arguments
 from bpc_perception.runtime.signals import exit_on_signal
 
 BYTES_PER_MB = 1e6

@@ -21,6 +21,7 @@ from bpc_perception.cli.parts.options import (
     OutOption,
     ParametersOption,
     QuietOption,
+    RemapOption,
     SeparateOption,
 )
 from bpc_perception.cli.parts.printer_nodes import printer_nodes
@@ -36,6 +37,7 @@ from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
 from bpc_perception.report.result_folder import check_out, replacing
 from bpc_perception.runtime.child_processes import Nodes
+from bpc_perception.runtime.ros_arguments import remappings
 
 CAPTURE_PATIENCE_S = 5.0  # in which the path has to reach the stamp of a capture
 LAST_RESULTS_TIMEOUT_S = 10.0  # after the end of the recording
@@ -91,6 +93,7 @@ def replay(
     separate: SeparateOption = False,
     figures: FiguresOption = False,
     page: PageOption = False,
+    remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -98,8 +101,8 @@ def replay(
     terminal = Terminal(quiet, json_lines)
     check_out(out)
     check_figures(figures)
-    player = PlayerConfig(bag=str(bag), rate=rate, loop=loop)
-    recording = inputs.load(bag, hand_eye, parameters)
+    player = PlayerConfig(bag=str(bag), rate=rate, loop=loop, remap=' '.join(remap or []))
+    recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
     stamps_ns = [capture.stamp_ns for _, capture in captures(recording.bag)]
     if not stamps_ns:
         raise ValueError(f'{bag}: expected a complete capture, found none')
@@ -137,7 +140,7 @@ def play(playback: Playback, terminal: Terminal, page: bool) -> tuple[Monitor, b
                                     and monitor.hears_results()), check=nodes.check)
         player = playback.player
         nodes.start('bpc_perception.nodes.bag_player', bag=player.bag, rate=player.rate,
-                    loop=player.loop, use_sim_time=False)
+                    loop=player.loop, remap=player.remap, use_sim_time=False)
         monitor.spin_until(lambda: nodes.ended('bag_player'),
                            check=lambda: nodes.check('bag_player'))
         monitor.spin_until(lambda: playback.stamps_ns[-1] in monitor.advice,
@@ -150,7 +153,7 @@ def start_measuring_nodes(nodes: Nodes, playback: Playback) -> None:
     """Start path recorder, camera driver and thickness node."""
     nodes.start('bpc_perception.nodes.path_recorder', **INPUT_PARAMETERS)
     nodes.start_measuring(
-        {'back_end': 'bag', 'bag': playback.player.bag},
+        {'back_end': 'bag', 'bag': playback.player.bag, 'remap': playback.player.remap},
         {'patience': CAPTURE_PATIENCE_S, 'hand_eye_file': str(playback.recording.hand_eye_file),
          'advice.target_file': playback.recording.thickness.advice.target_file,
          **INPUT_PARAMETERS},

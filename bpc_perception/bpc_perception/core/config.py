@@ -245,6 +245,9 @@ class PlayerConfig(Config):
     rate: Annotated[float, Parameter(
         'Speed of the clock; 1 = as recorded', '', 0.01, 100, read_only=True)] = 1.0
     loop: Annotated[bool, Parameter('Start again at the end', read_only=True)] = False
+    remap: Annotated[str, Parameter(
+        'Recorded topics to play in the place of others, TOPIC:=OTHER, with spaces between',
+        read_only=True)] = ''
 
 
 @dataclass(frozen=True)

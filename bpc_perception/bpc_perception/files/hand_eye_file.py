@@ -33,8 +33,10 @@ def load_hand_eye(path: str | Path) -> HandEye:
     YAML in one of four forms, which differ in their keys:
 
     - ``transform``: easy_handeye2, metres, the mount in ``parameters.calibration_type``;
-    - ``transformation``: easy_handeye of ROS 1, metres, the mount in ``parameters.eye_on_hand``;
-    - ``Data``, by itself or one level down: a 4x4 matrix, as the Zivid SDK saves it;
+    - ``transformation``: easy_handeye of ROS 1, metres, the mount in ``parameters.eye_on_hand``
+      or, of old versions, in ``eye_on_hand``;
+    - ``Data``, by itself or one level down: a 4x4 matrix, as the Zivid SDK saves it, or a matrix
+      of cv2.FileStorage, as the samples of its vendor write;
     - ``xyz`` and ``quaternion``: lists, the quaternion as x, y, z, w.
 
     The last two state neither mount nor unit, so the keys ``calibration_type`` and ``unit``
@@ -106,7 +108,8 @@ def _easy_handeye2(content: dict[str, Any]) -> HandEye:
 
 
 def _easy_handeye(content: dict[str, Any]) -> HandEye:
-    in_hand = _entry(content, 'parameters', 'eye_on_hand')
+    in_hand = (content['eye_on_hand'] if 'eye_on_hand' in content
+               else _entry(content, 'parameters', 'eye_on_hand'))
     if not isinstance(in_hand, bool):
         raise HandEyeError(f'expected eye_on_hand true or false, found {in_hand!r}')
     numbers = _numbers(content['transformation'], ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'))
@@ -155,9 +158,18 @@ FORMS: dict[str, Callable[[dict[str, Any]], HandEye]] = {
 
 
 def _find_matrix(content: dict[str, Any]) -> Any:
-    """Return the value of ``Data``, which the SDK puts below a key that names the type."""
+    """Return the value of ``Data``, which the SDK puts below a key that names the type.
+
+    Or that of a matrix of cv2.FileStorage, in its rows.
+    """
     inner = [value['Data'] for value in content.values()
              if isinstance(value, dict) and 'Data' in value]
+    for value in content.values():
+        if isinstance(value, dict) and value.keys() >= {'rows', 'cols', 'data'}:
+            try:
+                inner.append(np.reshape(value['data'], (value['rows'], value['cols'])).tolist())
+            except (TypeError, ValueError) as error:
+                raise HandEyeError(f'expected a matrix in its rows, found: {error}') from error
     return content.get('Data', inner[0] if len(inner) == 1 else None)
 
 

@@ -23,7 +23,8 @@ def read_yaml(path: str | Path) -> Any:
             content = file.read(LARGEST_FILE_BYTES + 1)
         if len(content) > LARGEST_FILE_BYTES:
             raise ValueError(f'more than {LARGEST_FILE_BYTES} bytes')
-        loader = PlainLoader(content.decode('utf-8'))
+        # As OpenCV writes it, the directive is none of YAML.
+        loader = PlainLoader(content.decode('utf-8').removeprefix('%YAML:1.0'))
         try:
             return loader.get_single_data()
         finally:
@@ -57,6 +58,12 @@ class PlainLoader(yaml.SafeLoader):
             self._depth -= 1
 
 
+def _matrix(loader: PlainLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+    """Construct a matrix of OpenCV as the mapping that it is."""
+    return dict(loader.construct_mapping(node, deep=True))
+
+
+PlainLoader.add_constructor('tag:yaml.org,2002:opencv-matrix', _matrix)
 PlainLoader.add_implicit_resolver(
     'tag:yaml.org,2002:float', re.compile(r'^[-+]?(\.\d+|\d+(\.\d*)?)[eE][-+]?\d+$'),
     list('-+.0123456789'))

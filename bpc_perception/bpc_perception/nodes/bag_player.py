@@ -20,6 +20,7 @@ from bpc_perception.recording.contents import find_topics, pose_topics
 from bpc_perception.runtime.clock import steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig
+from bpc_perception.runtime.ros_arguments import remappings
 from bpc_perception.runtime.run import run
 
 CLOCK_PERIOD_S = 0.01
@@ -36,7 +37,7 @@ class BagPlayerNode(Node):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('bag_player', **kwargs)
         self._config = NodeConfig(self, PlayerConfig()).value
-        self._bag = Bag(self._config.bag)
+        self._bag = Bag(self._config.bag, remappings(self._config.remap.split()))
         robot = pose_topics(self._bag) or {topics.POSE: topics.ROBOT[topics.POSE]}
         played = robot | {topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]}
         self._names = find_topics(self._bag, played)

@@ -8,7 +8,7 @@ read with ``rosbags``.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 import heapq
 from pathlib import Path
@@ -49,11 +49,13 @@ class Bag:
         path: the folder or file; the folder of a print stands for all of its recordings.
         files: the storage files, in the order of recording.
         topics: name of each topic to its type, such as ``sensor_msgs/msg/Image``.
+        others: topic to the one that is to be read in its place.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, others: Mapping[str, str] | None = None) -> None:
         """Open a recording. Raises BagError when there is none, or it has no messages."""
         self.path = Path(path)
+        self.others = dict(others or {})
         self.files = _storage_files(self.path)
         storages: list[_Storage] = [
             _SqliteStorage(file) if file.suffix == '.db3' else _McapStorage(file)
@@ -75,7 +77,8 @@ class Bag:
                 message = deserialize_message(raw.data, message_type(raw.type_name))
             except Exception as error:  # rclpy raises whatever the type support throws
                 raise BagError(f'{self.path}: expected a {raw.type_name} on {raw.topic}, '
-                               f'found {len(raw.data)} other bytes') from error
+                               f'found {len(raw.data)} other bytes; was it recorded with another '
+                               'version of that message?') from error
             yield BagMessage(raw.topic, raw.log_ns, message)
 
     def count(self, topic: str) -> int | None:

@@ -31,9 +31,13 @@ def topics_named(bag: Bag, name: str, message_class: Any) -> list[str]:
     """Return the recorded topics of this relative name and type, in any namespace.
 
     When no topic has the name, a type of UNIQUE_TYPES is enough: the LBR stack uses another name.
+    Where another topic is to be read in its place, it is that one.
     """
     kind = topics.type_name(message_class)
     of_kind = [topic for topic, recorded in bag.topics.items() if recorded == kind]
+    if name in bag.others:
+        other = bag.others[name].lstrip('/')
+        return [topic for topic in of_kind if topic.lstrip('/') == other]
     named = [topic for topic in of_kind if f'/{topic.lstrip("/")}'.endswith(f'/{name}')]
     return named or (of_kind if kind in UNIQUE_TYPES else [])
 
@@ -45,9 +49,11 @@ def find_topic(bag: Bag, name: str, message_class: Any) -> str:
     """
     found = topics_named(bag, name, message_class)
     if len(found) != 1:
-        raise BagError(f'{bag.path}: expected one topic {name} '
+        choose = f'; choose one with --remap {name}:=TOPIC' if found else ''
+        raise BagError(f'{bag.path}: expected one topic {bag.others.get(name, name)} '
                        f'({topics.type_name(message_class)}), found '
-                       f'{" and ".join(found) or "none among " + ", ".join(sorted(bag.topics))}')
+                       f'{" and ".join(found) or "none among " + ", ".join(sorted(bag.topics))}'
+                       + choose)
     return found[0]
 
 

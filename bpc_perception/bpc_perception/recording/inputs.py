@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -59,14 +60,17 @@ def targets_of(advice: AdviceConfig) -> WidthTargets | None:
     return WidthTargets.constant(advice.target_thickness) if advice.target_thickness else None
 
 
-def load(bag: Path, hand_eye: Path | None, parameters: Path | None) -> Inputs:
+def load(bag: Path, hand_eye: Path | None, parameters: Path | None,
+         others: Mapping[str, str] | None = None) -> Inputs:
     """Open a recording; without files given, take those in the folder of the recording.
+
+    Other topics may be read in the place of some.
 
     The folder of a print stands for its recordings, of which each has the same files.
 
     Raises ValueError when something is missing or unfit.
     """
-    opened = Bag(bag)
+    opened = Bag(bag, others)
     folder = opened.files[0].parent
     hand_eye = hand_eye or folder / HAND_EYE
     if not hand_eye.exists() and hand_eye.parent == folder:

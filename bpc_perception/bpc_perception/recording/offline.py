@@ -87,6 +87,8 @@ class _OfflineMeasurement:
         # most, so that no capture runs out of patience at once.
         self._longest_step_ns = round(config.patience * 0.5e9)
         self._last_log_ns = self._now_ns = 0
+        self._state_stamps: list[int] = []
+        self._longest_hold = recorder.path.extrusion_timeout
         self._warned: set[str] = set()  # relative names of topics with messages not taken
         self._handlers: dict[str, Callable[[Any, int], bool]] = {
             self._poses.topic: self._take_pose,
@@ -122,7 +124,15 @@ class _OfflineMeasurement:
     def finish(self) -> Iterator[Result]:
         """Give up incomplete captures, and yield the results of all that still wait."""
         _log_problems(self._pairer.give_up(before_ns=1))  # all: nothing more will come
+        self._warn_of_seldom_states()
         yield from self._of_the_print(self._session.results(finish=True))
+
+    def _warn_of_seldom_states(self) -> None:
+        apart = np.diff(np.sort(self._state_stamps)) * 1e-9
+        if len(apart) and np.median(apart) > self._longest_hold:
+            logger.warning('%s: expected a state each %g s or more often, found them too far '
+                           'apart, %.1f s: most of the time it is not known whether ink flows',
+                           topics.EXTRUSION, self._longest_hold, np.median(apart))
 
     def _of_the_print(self, results: Iterator[Result]) -> Iterator[Result]:
         return (result for result in results if result.profile is None
@@ -149,7 +159,9 @@ class _OfflineMeasurement:
         return taken
 
     def _take_extruder_state(self, message: Any, _: int) -> bool:
-        return self._tracker.add_extruder(extruder_from_message(message))
+        state = extruder_from_message(message)
+        self._state_stamps.append(state.stamp_ns)
+        return self._tracker.add_extruder(state)
 
     def _take_path(self, message: Any, _: int) -> bool:
         self._session.set_path(path_from_message(message))

@@ -59,6 +59,8 @@ def fingerprint(recording: Inputs, settings: dict[str, object],
     files, but only names, sizes and times of change of the recording, as make and rsync do.
     """
     digest = _digest(settings, used_versions)
+    for rule in sorted(recording.bag.others.items()):
+        digest.update(repr(rule).encode(errors='replace'))
     for file in recording.bag.files:
         state = file.stat()
         digest.update(f'{file.name} {state.st_size} {state.st_mtime_ns}'.encode(errors='replace'))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 import json
 from pathlib import Path
 from typing import Any
@@ -23,3 +23,18 @@ def ros_arguments(parameters: Mapping[str, Any], remappings: Mapping[str, str],
     for topic, other in remappings.items():
         arguments += ['-r', f'{topic}:={other}']
     return arguments
+
+
+def remappings(rules: Iterable[str] | None) -> dict[str, str]:
+    """Return the rules of ``--remap``: topic to the other that is taken in its place.
+
+    Raises:
+        ValueError: a rule has another form.
+    """
+    others = {}
+    for rule in rules or []:
+        topic, colon, other = rule.partition(':=')
+        if not (topic and colon and other):
+            raise ValueError(f'--remap: expected TOPIC:=OTHER, found {rule!r}')
+        others[topic] = other
+    return others

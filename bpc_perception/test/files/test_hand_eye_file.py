@@ -101,6 +101,23 @@ unit: m
 xyz: [0.1, -0.2, 1]
 quaternion: [0, 0, 0.70710678, 0.70710678]
 """
+LEGACY_OLD = """\
+eye_on_hand: true
+robot_base_frame: lbr_link_0
+transformation: {x: 0.1, y: -0.2, z: 1, qx: 0.0, qy: 0.0, qz: 0.70710678, qw: 0.70710678}
+"""
+OPENCV = """\
+%YAML:1.0
+---
+calibration_type: eye_on_base
+unit: mm
+PoseState: !!opencv-matrix
+   rows: 4
+   cols: 4
+   dt: d
+   data: [ 0., -1., 0., 1.0e+02, 1., 0., 0., -2.0e+02, 0., 0., 1., 1.0e+03,
+       0., 0., 0., 1. ]
+"""
 POSE = ((0, -1, 0, 0.1), (1, 0, 0, -0.2), (0, 0, 1, 1), (0, 0, 0, 1))
 
 
@@ -112,7 +129,8 @@ POSE = ((0, -1, 0, 0.1), (1, 0, 0, -0.2), (0, 0, 1, 1), (0, 0, 0, 1))
     (ZIVID.format(x=0.1, y=-0.2, z=1) + 'calibration_type: eye_on_base\nunit: m\n', True),
     (PLAIN, True),
     (PLAIN.replace('unit: m', 'unit: mm').replace('[0.1, -0.2, 1]', '[100, -200, 1000]'), True),
-], ids=range(7))
+    (LEGACY_OLD, False), (OPENCV, True),
+], ids=range(9))
 def test_other_forms_are_read(tmp_path: Path, text: str, on_base: bool) -> None:
     found = load_hand_eye(written(tmp_path, text))
     assert found.on_base == on_base
@@ -136,11 +154,12 @@ def test_other_forms_are_read(tmp_path: Path, text: str, on_base: bool) -> None:
     (IN_MM.replace('[0, 0, 0, 1]', '[0, 0, 0]'), r'expected Data with 4 x 4 numbers'),
     (IN_MM.replace('-200', '.nan'), r'expected Data with 4 x 4 finite'),
     (PLAIN.replace('unit: m\n', ''), r'expected unit m or mm, found none'),
+    (OPENCV.replace('rows: 4', 'rows: 3'), r'expected a matrix in its rows, found: '),
     (PLAIN.replace('[0.1, -0.2, 1]', '[0.1, -0.2]'), r'expected xyz as a list of 3 numbers'),
     (PLAIN.replace('quaternion:', 'rotation:'), r'expected quaternion as a list.*found None'),
     (PLAIN.replace('0.1', 'near'), r'expected numbers .*found: .*near'),
     (PLAIN.replace('0.70710678]', '0.1]'), r'.*length 1, found 0.71'),
-], ids=range(18))
+], ids=range(19))
 def test_other_forms_are_refused_naming_both(tmp_path: Path, text: str, expected: str) -> None:
     file = written(tmp_path, text)
     with pytest.raises(HandEyeError, match=rf'^{file}: {expected}') as refused:

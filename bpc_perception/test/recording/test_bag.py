@@ -549,8 +549,21 @@ def test_a_name_that_two_topics_have_is_refused(tmp_path: Path) -> None:
     with BagWriter(tmp_path / 'bag') as writer:
         for cell in 'ab':
             writer.add_topic(f'/{cell}/extrusion_state', 'bpc_interfaces/msg/ExtrusionState')
-    with pytest.raises(BagError, match=r'expected one topic .*found /a/extrusion_state and /b/'):
+    with pytest.raises(BagError, match=r'expected one topic .*found /a/extrusion_state and /b/.*; '
+                                       r'choose one with --remap extrusion_state:=TOPIC'):
         find_topic(Bag(tmp_path / 'bag'), topics.EXTRUSION, ExtrusionState)
+
+
+@pytest.mark.parametrize('other', ['/b/extrusion_state', 'b/extrusion_state'])
+def test_another_topic_is_read_in_its_place(tmp_path: Path, other: str) -> None:
+    with BagWriter(tmp_path / 'bag') as writer:
+        for name in ('a/extrusion_state', 'b/extrusion_state', 'extrusion_state'):
+            writer.add_topic(f'/{name}', 'bpc_interfaces/msg/ExtrusionState')
+    opened = Bag(tmp_path / 'bag', {topics.EXTRUSION: other})
+    assert find_topic(opened, topics.EXTRUSION, ExtrusionState) == '/b/extrusion_state'
+    nowhere = Bag(tmp_path / 'bag', {topics.EXTRUSION: 'c/extrusion_state'})
+    with pytest.raises(BagError, match=r'expected one topic c/extrusion_state .*none among'):
+        find_topic(nowhere, topics.EXTRUSION, ExtrusionState)
 
 
 @pytest.mark.parametrize('topic', ['/extrusion_state', '/cell/extrusion_state',

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Set
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ class Recorded(Bag):
     """A recording of these messages that notes how far it was read."""
 
     def __init__(self, entries: Iterable[Entry]) -> None:
-        self.path = Path('recorded')
+        self.path, self.others = Path('recorded'), {}
         self.entries = list(entries)
         self.topics = {name: topics.type_name(kind) for name, kind in {
             **topics.CAMERA, topics.POSE: PoseStamped, topics.EXTRUSION: ExtrusionState}.items()}
@@ -175,6 +176,16 @@ def test_a_topic_whose_clock_is_behind_is_named(names: Set[str], off: float,
     list(measured(Recorded(stamped_off(names, off))))
     for name in names:
         assert f'{name}: expected stamps by the clock of the others' in caplog.text
+
+
+@pytest.mark.parametrize('every', [100, 200])
+def test_states_that_come_seldom_are_warned_of(every: int,
+                                               caplog: pytest.LogCaptureFixture) -> None:
+    states = (index for index, (name, _, _) in enumerate(recorded()) if name == topics.EXTRUSION)
+    kept = set(islice(states, 0, None, every))
+    list(measured(Recorded(entry for index, entry in enumerate(recorded())
+                           if entry[0] != topics.EXTRUSION or index in kept)))
+    assert f'too far apart, {every / 100:.1f} s' in caplog.text
 
 
 @pytest.mark.parametrize('source', [robot, extruder])

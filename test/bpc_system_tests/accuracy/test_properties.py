@@ -183,7 +183,7 @@ def test_a_base_frame_that_lies_elsewhere(method: str, shift: tuple[float, ...],
 @pytest.mark.parametrize('method', METHODS)
 @few
 @given(ink=colours, bed=colours)
-@example(ink=(0.0, 0.0, 0.0), bed=(255.0, 255.0, 255.0))
+@example(ink=(0.0, 0.0, 0.0), bed=(245.0, 245.0, 245.0))  # brighter would be overexposed
 @example(ink=(180.0, 60.0, 60.0), bed=(60.0, 121.0, 60.0))
 def test_colours_that_are_swapped(method: str, ink: Colour, bed: Colour) -> None:
     assume(np.abs(np.subtract(ink, bed)).max() >= 80)  # for the published method's thresholds

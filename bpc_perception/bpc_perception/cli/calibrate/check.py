@@ -12,6 +12,7 @@ from bpc_perception.cli.parts.options import (
     JsonOption,
     ParametersOption,
     QuietOption,
+    RemapOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.calibration.check import Offset, offset
@@ -20,6 +21,7 @@ from bpc_perception.display.units import M_PER_MM, MM_PER_M
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
+from bpc_perception.runtime.ros_arguments import remappings
 
 
 def check(
@@ -28,6 +30,7 @@ def check(
     parameters: ParametersOption = None,
     tolerance_mm: Annotated[float, typer.Option(
         help='Shift of the camera that is still good [mm].')] = 0.2,
+    remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -36,7 +39,7 @@ def check(
     The exit status is 0 if it does and 1 if it does not or cannot be told.
     """
     terminal = Terminal(quiet, json_lines)
-    recording = inputs.load(bag, hand_eye, parameters)
+    recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
     measured = offset(last_profiles(recording, terminal))
     holds = measured.holds(tolerance_mm * M_PER_MM)
     show_offset(measured, tolerance_mm, holds, terminal)

@@ -15,6 +15,7 @@ from bpc_perception.cli.parts.options import (
     JsonOption,
     ParametersOption,
     QuietOption,
+    RemapOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.arrays import Array
@@ -31,6 +32,7 @@ from bpc_perception.files.hand_eye_file import MOUNTS, save_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.contents import capture_count, captures
+from bpc_perception.runtime.ros_arguments import remappings
 
 STANDSTILL_S = 0.3  # how long the flange has to stand for a capture of the board
 
@@ -64,6 +66,7 @@ def handeye(
     corners: Annotated[str, typer.Option(
         help='Where the corners are: cloud, or image (by perspective).')] = 'cloud',
     parameters: ParametersOption = None,
+    remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -81,7 +84,8 @@ def handeye(
         raise ValueError(f'{out}: expected a new file, found that it exists')
     board = Board(*board_size(squares), square_mm * M_PER_MM, marker_mm * M_PER_MM, dictionary)
     use_cloud = corners == 'cloud'
-    found = find_board_in_all(Bag(bag), parameters, board, use_cloud, terminal)
+    found = find_board_in_all(Bag(bag, remappings(remap)), parameters, board, use_cloud,
+                              terminal)
     on_base = MOUNTS[mount]
     result = calibrate(found.poses, found.sightings, on_base, use_cloud)
     scale = float(np.mean([sighting.scale for sighting in found.sightings]))

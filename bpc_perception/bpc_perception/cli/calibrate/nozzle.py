@@ -12,18 +12,20 @@ from bpc_perception.cli.parts.options import (
     JsonOption,
     ParametersOption,
     QuietOption,
+    RemapOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.calibration.nozzle import Pivot, pivot
 from bpc_perception.core.calibration.rests import Rest, rests
 from bpc_perception.display.units import MM_PER_M, S_PER_NS
 from bpc_perception.recording.bag import Bag
+from bpc_perception.runtime.ros_arguments import remappings
 
 DOUBTFUL_RESIDUAL_M = 0.5e-3
 
 
-def nozzle(bag: BagArgument, parameters: ParametersOption = None, quiet: QuietOption = False,
-           json_lines: JsonOption = False) -> None:
+def nozzle(bag: BagArgument, parameters: ParametersOption = None, remap: RemapOption = None,
+           quiet: QuietOption = False, json_lines: JsonOption = False) -> None:
     """Find the nozzle offset by pivoting.
 
     Record the robot while it stands, for two seconds each, in poses that all have the tip in
@@ -31,7 +33,7 @@ def nozzle(bag: BagArgument, parameters: ParametersOption = None, quiet: QuietOp
     be six or more; whatever the robot does between them does not count.
     """
     terminal = Terminal(quiet, json_lines)
-    stamps, poses = recorded_poses(Bag(bag), parameters)
+    stamps, poses = recorded_poses(Bag(bag, remappings(remap)), parameters)
     still = rests(stamps, poses)
     result = pivot(np.stack([rest.T_base_flange for rest in still]) if still
                    else np.empty((0, 4, 4)))

@@ -20,25 +20,10 @@ SeparateOption = Annotated[bool, typer.Option(
     '--separate', help='Camera driver and thickness node as two processes, over topics.')]
 RemapOption = Annotated[list[str] | None, typer.Option(
     '--remap', metavar='TOPIC:=OTHER',
-    help='Listen to another topic, as joint_states:=/lbr/joint_states; may be repeated.')]
+    help='Take another topic, as joint_states:=/lbr/joint_states; may be repeated.')]
 FiguresOption = Annotated[bool, typer.Option(
     '--figures', help='Also write figures for papers, PDF and SVG, into DIR/figures.')]
 QuietOption = Annotated[bool, typer.Option(
     '--quiet', help='Say nothing but errors.')]
 JsonOption = Annotated[bool, typer.Option(
     '--json', help='Say everything as JSON, one object a line.')]
-
-
-def remappings(rules: list[str] | None) -> dict[str, str]:
-    """Return the rules of ``--remap``: topic to the other that is listened to in its place.
-
-    Raises:
-        ValueError: a rule has another form.
-    """
-    others = {}
-    for rule in rules or []:
-        topic, colon, other = rule.partition(':=')
-        if not (topic and colon and other):
-            raise ValueError(f'--remap: expected TOPIC:=OTHER, found {rule!r}')
-        others[topic] = other
-    return others

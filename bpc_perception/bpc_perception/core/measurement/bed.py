@@ -55,8 +55,9 @@ def cloud_around(view: View, points: Array) -> Array:
     cloud = view.capture.cloud[v[inside], u[inside]].astype(np.float64)
     cloud = transform(view.T_base_camera, cloud[np.isfinite(cloud).all(axis=1)])
     if len(cloud) < 3:
+        doubt = '' if len(uv) else '; does the hand-eye calibration fit to this camera and robot?'
         raise ValueError(f'cloud: expected points around the path, found {len(cloud)} where '
-                         f'{len(uv)} of {len(probes)} path points are in the image')
+                         f'{len(uv)} of {len(probes)} path points are in the image{doubt}')
     return cloud
 
 

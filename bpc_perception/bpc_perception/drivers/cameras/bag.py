@@ -11,6 +11,7 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.drivers.cameras import CameraError
 from bpc_perception.recording.bag import Bag, BagError
 from bpc_perception.recording.contents import captures
+from bpc_perception.runtime.ros_arguments import remappings
 
 
 class BagCamera:
@@ -62,7 +63,13 @@ class BagCamera:
 
 
 def prepare(node: Node) -> Callable[[], BagCamera]:
-    """Return a function that opens the bag named by the node's parameter ``bag``."""
+    """Return a function that opens the bag named by the node's parameter ``bag``.
+
+    Its parameter ``remap`` has rules as that of the bag player.
+    """
     path = node.declare_parameter('bag', '', ParameterDescriptor(
         description='Recording whose captures are delivered', read_only=True)).value
-    return lambda: BagCamera(Bag(path))
+    rules = node.declare_parameter('remap', '', ParameterDescriptor(
+        description='Recorded topics to take in the place of others, TOPIC:=OTHER, with spaces '
+        'between', read_only=True)).value
+    return lambda: BagCamera(Bag(path, remappings(rules.split())))
