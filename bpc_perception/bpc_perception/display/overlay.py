@@ -48,14 +48,14 @@ def draw_overlay(result: Result) -> NDArray[np.uint8]:
     picture = np.ascontiguousarray(np.repeat(np.repeat(image, scale, axis=0), scale, axis=1))
     draw_samples(picture, result)
     _draw_scale_bar(picture, result, scale)
-    summary = profile.summary
+    summary, shown = profile.summary, as_shown(profile).status
     lines = [
         (f'capture {profile.capture}: {MM_PER_M * summary.thickness_mean:.3f} mm, '
          f'{summary.coverage:.0%} known', TARGET_COLOUR),
         (advice_in_words(result.advice), TARGET_COLOUR),
         ('left side', LEFT_COLOUR), ('right side', RIGHT_COLOUR),
         *((label(status), STATUS_COLOURS[status]) for status in Status
-          if status != Status.MEASURED and (as_shown(profile).status == status).any())]
+          if status != Status.MEASURED and (shown == status).any())]
     for number, (text, colour) in enumerate(lines, 1):
         _write(picture, text, (MARGIN_PX, LINE_HEIGHT_PX * number), colour)
     return picture

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 import csv
 from dataclasses import dataclass
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status
+from bpc_perception.report.result_folder import read_summary, SUMMARY
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,8 @@ def load(folders: Sequence[Path]) -> list[PrintResult]:
 
 def _prints_in(folder: Path) -> list[Path]:
     """Return the folders of prints that the summary in a folder lists, or the folder itself."""
-    file = folder / 'summary.json'
-    prints = _read_json(file).get('prints') if file.is_file() else None
+    file = folder / SUMMARY
+    prints = _read_json(folder).get('prints') if file.is_file() else None
     try:
         return [folder / each['folder'] for each in prints] if prints else [folder]
     except (LookupError, TypeError) as error:
@@ -102,27 +102,28 @@ def _prints_in(folder: Path) -> list[Path]:
 
 
 def _load(folder: Path, name: str) -> PrintResult:
-    for file in ('profile.csv', 'summary.json'):
+    for file in ('profile.csv', SUMMARY):
         if not (folder / file).is_file():
             raise ValueError(f'{folder}: expected a folder with profile.csv and summary.json, '
                              f'found no {file}')
-    summary = _read_summary(folder / 'summary.json')
+    summary = _read_summary(folder)
     arc_length, thickness, status = _read_profile(folder / 'profile.csv')
     return PrintResult(name, summary, arc_length, thickness, status == Status.MEASURED,
                        status == Status.GAP)
 
 
-def _read_summary(file: Path) -> dict[str, Any]:
-    summary = _read_json(file)
+def _read_summary(folder: Path) -> dict[str, Any]:
+    summary, file = _read_json(folder), folder / SUMMARY
     missing = [key for key in ('print_id', 'thickness_mean_mm') if key not in summary]
     if missing:
         raise ValueError(f'{file}: expected {missing[0]}, found none')
     return summary
 
 
-def _read_json(file: Path) -> dict[str, Any]:
+def _read_json(folder: Path) -> dict[str, Any]:
+    file = folder / SUMMARY
     try:
-        summary = json.loads(file.read_text('utf-8'))
+        summary = read_summary(folder)
     except ValueError as error:
         raise ValueError(f'{file}: expected a summary as JSON, found: {error}') from error
     if not isinstance(summary, dict):

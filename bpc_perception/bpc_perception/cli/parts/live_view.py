@@ -39,8 +39,9 @@ def _numbers(profile: ThicknessProfile, advice: RateAdvice) -> str:
     target = (f', target {advice.target_thickness * MM_PER_M:.3f} mm'
               if advice.target_thickness > 0 else '')
     length_mm = profile.arc_length[-1] * MM_PER_M if len(profile) else 0.0
+    shown = as_shown(profile).status
     statuses = ', '.join(f'{STATUS_SIGNS[status]} {label(status)}' for status in STATUS_SIGNS
-                         if (as_shown(profile).status == status).any())
+                         if (shown == status).any())
     return (f'0 to {length_mm:.1f} mm: {mean}{target}, {summary.coverage:.0%} known'
             + (f';  {statuses}' if statuses else ''))
 

@@ -16,9 +16,9 @@ from bpc_perception.core.arrays import Array
 # duration, and as much more as stamps and poses are off.
 FASTER = 4.0
 STAMP_JITTER_S = 0.02
+JITTER_M = 0.0005
 LEAPT = ('pose: expected a tip that moves on evenly, found that it leapt, as when a driver '
          'repeats its last pose or a clock is set; the way it went is not known')
-JITTER_M = 0.0005
 
 
 class Step(NamedTuple):

@@ -68,7 +68,8 @@ class ChartPanel:
             if target is not None:
                 elements.key(TARGET_GREY, 'target' if math.isnan(target.dead_band)
                              else f'target ± {target.dead_band:.0%}')
+            shown = as_shown(profile).status
             for status in sorted(statuses):
-                share = np.mean(as_shown(profile).status == status)
+                share = np.mean(shown == status)
                 key = elements.key(STATUS_COLOURS[status], f'{label(status)} {share:.0%}')
                 key.tooltip(MEANINGS[status])
