@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array, Flags, Floats
+from bpc_perception.core.arrays import Array, Flags, Floats, Index
 
 NEAREST_DEPTH_M = 1e-6  # what is nearer is not in front of the camera
+# Around a place on a path, pixels are looked up on a grid, to see the bed on either side.
+AROUND_PX = 24
+AROUND_GRID = 5  # places along a side of the grid
 GRID_POINTS = 64  # along the longer side, that tell whether a cloud fits to the intrinsics
 
 
@@ -112,6 +115,15 @@ def pixel_deviation(cloud: Array | Floats, camera: PinholeCamera) -> float:
     distance = np.hypot(uv[..., 0] - u, uv[..., 1] - v)
     finite = distance[np.isfinite(distance)]
     return float(np.median(finite)) if len(finite) else float('nan')
+
+
+def pixels_around(uv: Array, camera: PinholeCamera) -> tuple[Index, Index]:
+    """Return columns and rows (K,) of pixels on a grid around each of some places uv (N, 2)."""
+    steps = np.linspace(-AROUND_PX, AROUND_PX, AROUND_GRID)
+    grid = uv[:, None, None] + np.stack(np.meshgrid(steps, steps), axis=-1)
+    u, v = np.rint(grid).astype(np.intp).reshape(-1, 2).T
+    inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
+    return u[inside], v[inside]
 
 
 def sample_cloud(cloud: Floats, uv: Array) -> Array:

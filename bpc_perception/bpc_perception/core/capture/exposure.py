@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.capture.capture import Capture, pixels_around
 
 CLIPPED = 254  # grey levels; the camera says no more than 255
-PROBES, REACH_PX, GRID = 60, 24, 5  # places along a path, and around each of them
+PROBES = 60  # places along a path
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,5 @@ class Exposure:
 def around(capture: Capture, uv: Array) -> NDArray[np.uint8]:
     """Return pixels (K, 3) of the image around places uv (N, 2) in it; NaN = nowhere."""
     seen = uv[np.isfinite(uv).all(axis=1)]
-    steps = np.linspace(-REACH_PX, REACH_PX, GRID)
-    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    places = (seen[::max(1, len(seen) // PROBES), None] + grid).reshape(-1, 2)
-    u, v = np.rint(places[capture.camera.contains(places)]).astype(np.intp).T
+    u, v = pixels_around(seen[::max(1, len(seen) // PROBES)], capture.camera)
     return np.asarray(capture.image[v, u])

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import pixels_around
 from bpc_perception.core.geometry import Plane, transform
 from bpc_perception.core.measurement.view import View
 
 PROBES = 60  # path points at which the bed is probed
-PROBE_REACH_PX = 24  # around each, depth is looked up on a grid, to see the bed on either side
-PROBE_GRID = 5  # places along a side of the grid
 TRIALS = 100
 REFITS = 3  # on a curved bed the first may lean to one side
 JURY = 1000  # points of the cloud that choose between the trials
@@ -47,12 +46,8 @@ def cloud_around(view: View, points: Array) -> Array:
     """
     probes = points[::max(1, len(points) // PROBES)]
     uv = view.pixels_inside(probes)
-    steps = np.linspace(-PROBE_REACH_PX, PROBE_REACH_PX, PROBE_GRID)
-    grid = uv[:, None, None] + np.stack(np.meshgrid(steps, steps), axis=-1)
-    u, v = np.rint(grid).astype(np.intp).reshape(-1, 2).T
-    camera = view.capture.camera
-    inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
-    cloud = view.capture.cloud[v[inside], u[inside]].astype(np.float64)
+    u, v = pixels_around(uv, view.capture.camera)
+    cloud = view.capture.cloud[v, u].astype(np.float64)
     cloud = transform(view.T_base_camera, cloud[np.isfinite(cloud).all(axis=1)])
     if len(cloud) < 3:
         doubt = '' if len(uv) else '; does the hand-eye calibration fit to this camera and robot?'
