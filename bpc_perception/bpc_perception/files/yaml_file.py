@@ -16,13 +16,16 @@ class FileError(ValueError):
     """A file is not what was expected; the message names what was found, but not the file."""
 
 
-def read_yaml(path: str | Path) -> Any:
-    """Return the content of a YAML file, made of plain values only. Raises FileError."""
+def read_yaml(path: str | Path, largest: int = LARGEST_FILE_BYTES) -> Any:
+    """Return the content of a YAML file, made of plain values only.
+
+    Raises FileError, also when it has more than ``largest`` bytes.
+    """
     try:
         with Path(path).open('rb') as file:  # a device, for instance, has no known size
-            content = file.read(LARGEST_FILE_BYTES + 1)
-        if len(content) > LARGEST_FILE_BYTES:
-            raise ValueError(f'more than {LARGEST_FILE_BYTES} bytes')
+            content = file.read(largest + 1)
+        if len(content) > largest:
+            raise ValueError(f'more than {largest} bytes')
         # As OpenCV writes it, the directive is none of YAML.
         loader = PlainLoader(content.decode('utf-8').removeprefix('%YAML:1.0'))
         try:

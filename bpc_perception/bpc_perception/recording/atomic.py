@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import os
 from pathlib import Path
 import tempfile
+from typing import Any
 
 from bpc_perception.recording.bag import BagError
 from bpc_perception.recording.bag_writer import BagWriter
 
 
 @contextmanager
-def atomic_bag(target: str | Path) -> Iterator[BagWriter]:
+def atomic_bag(target: str | Path,
+               about: Mapping[str, Any] | None = None) -> Iterator[BagWriter]:
     """Yield a writer whose bag appears at ``target`` only once it is complete.
+
+    See BagWriter for ``about``.
 
     Raises BagError when something is there already, OSError when it cannot be written.
     """
@@ -23,7 +27,7 @@ def atomic_bag(target: str | Path) -> Iterator[BagWriter]:
         raise BagError(f'{target}: expected a new bag, found that it exists')
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix='.bpc-', dir=target.parent) as beside:
-        with BagWriter(Path(beside) / target.name) as bag:
+        with BagWriter(Path(beside) / target.name, about=about) as bag:
             yield bag
         os.rename(Path(beside) / target.name, target)
 

@@ -1,31 +1,23 @@
 """Read recordings: rosbag2 folders or files, whole or torn.
 
-MCAP, the default of Jazzy, is read with the ``mcap`` package: a writer can close its chunks at any
-time, and a torn file can be read up to its last chunk. sqlite3 bags, the default of Humble, are
-read with ``rosbags``.
+MCAP is the default of Jazzy; a writer can close its chunks at any time, and a torn file can be
+read up to its last chunk. sqlite3 is the default of Humble.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
 import heapq
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
-from rclpy.serialization import deserialize_message
-from rosbags.rosbag2 import Reader as SqliteReader
-
-from bpc_perception.files.yaml_file import FileError, read_yaml
-from bpc_perception.messages.types import message_type
-from bpc_perception.recording import mcap_file
-from bpc_perception.recording.mcap_file import RawMessage
-from bpc_perception.recording.print_folder import recordings_in
-
-
-class BagError(ValueError):
-    """A recording is not what was expected; the message names both."""
+from bpc_perception.messages.types import MessageTypeError
+from bpc_perception.recording.layouts import reader_of
+from bpc_perception.recording.storage.files import kind_of, SQLITE, storage_files
+from bpc_perception.recording.storage.packing import unpacked
+from bpc_perception.recording.storage.raw_message import BagError, RawMessage
+from bpc_perception.recording.storage.storage import open_storage, Storage
 
 
 class BagMessage(NamedTuple):
@@ -56,16 +48,14 @@ class Bag:
         """Open a recording. Raises BagError when there is none, or it has no messages."""
         self.path = Path(path)
         self.others = dict(others or {})
-        self.files = _storage_files(self.path)
-        storages: list[_Storage] = [
-            _SqliteStorage(file) if file.suffix == '.db3' else _McapStorage(file)
-            for file in self.files]
+        self.files = storage_files(self.path)
+        storages = [open_storage(file) for file in self.files]
         counts = [storage.topics() for storage in storages]
         # A recorder that was stopped may have begun a file into which nothing came any more.
         self._storage = [storage for storage, count in zip(storages, counts, strict=True) if count]
         self.topics = _most_frequent(counts)
         if not self.topics:
-            kind = 'a sqlite3 bag' if self.files[0].suffix == '.db3' else 'an MCAP file'
+            kind = 'a sqlite3 bag' if kind_of(self.files[0]) == SQLITE else 'an MCAP file'
             raise BagError(f'{self.path}: expected {kind} with messages, found none')
 
     def messages(self, topics: set[str]) -> Iterator[BagMessage]:
@@ -74,7 +64,9 @@ class Bag:
             if raw.type_name != self.topics[raw.topic]:
                 continue  # of another type on the same topic
             try:
-                message = deserialize_message(raw.data, message_type(raw.type_name))
+                message = reader_of(raw.channel)(unpacked(raw.data))
+            except (BagError, MessageTypeError) as error:
+                raise BagError(f'{self.path}: {error}') from error
             except Exception as error:  # rclpy raises whatever the type support throws
                 raise BagError(f'{self.path}: expected a {raw.type_name} on {raw.topic}, '
                                f'found {len(raw.data)} other bytes; was it recorded with another '
@@ -92,37 +84,6 @@ class Bag:
         return min(start for start, _ in spans), max(end for _, end in spans)
 
 
-def _storage_files(path: Path) -> list[Path]:
-    if path.is_file() and path.suffix in ('.mcap', '.db3'):
-        return [path]
-    if not path.exists():
-        raise BagError(f'{path}: expected a bag, found nothing there')
-    if recordings := recordings_in(path):  # more than one after a crash
-        return [file for recording in recordings for file in _storage_files(recording)]
-    files = _listed_files(path)
-    if not files:
-        files = sorted(path.glob('*.mcap'), key=lambda file: (len(file.name), file.name))  # 2, 10
-        files += path.glob('*.db3')
-    # The reader of sqlite3 files reads all others of the bag, too.
-    files = [file for file in files if file.suffix == '.mcap'] + [
-        file for file in sorted(files) if file.suffix == '.db3'][:1]
-    if not files:
-        raise BagError(f'{path}: expected a rosbag2 folder or an .mcap or .db3 file, '
-                       'found neither')
-    return files
-
-
-def _listed_files(path: Path) -> list[Path]:
-    """Return the files that metadata.yaml lists, in its order, as far as they are there."""
-    try:
-        content = read_yaml(path / 'metadata.yaml')
-        names = content['rosbag2_bagfile_information']['relative_file_paths']
-        files = [path / Path(str(name)).name for name in names]
-    except (FileError, LookupError, TypeError):
-        return []
-    return [file for file in files if file.suffix in ('.mcap', '.db3') and file.is_file()]
-
-
 def _most_frequent(counted: Iterable[dict[tuple[str, str], int]]) -> dict[str, str]:
     """Return each topic with the type that most of its messages have."""
     total: Counter[tuple[str, str]] = Counter()
@@ -132,9 +93,9 @@ def _most_frequent(counted: Iterable[dict[tuple[str, str], int]]) -> dict[str, s
                        if other == topic)[1] for topic, _ in total}
 
 
-def _in_time(storages: list[_Storage], topics: set[str]) -> Iterator[RawMessage]:
+def _in_time(storages: list[Storage], topics: set[str]) -> Iterator[RawMessage]:
     """Yield the messages of files in the order of recording; spans of files may overlap."""
-    group: list[_Storage] = []
+    group: list[Storage] = []
     end = 0
     for storage in storages:
         start, last = storage.span() if len(storages) > 1 else (0, 0)
@@ -146,101 +107,6 @@ def _in_time(storages: list[_Storage], topics: set[str]) -> Iterator[RawMessage]
     yield from _merged(group, topics)
 
 
-def _merged(storages: list[_Storage], topics: set[str]) -> Iterator[RawMessage]:
+def _merged(storages: list[Storage], topics: set[str]) -> Iterator[RawMessage]:
     return heapq.merge(*(storage.messages(topics) for storage in storages),
                        key=lambda message: message.log_ns)
-
-
-class _Storage(Protocol):
-    """A storage file of a recording. All methods raise BagError."""
-
-    def topics(self) -> dict[tuple[str, str], int]:
-        """Return each topic and type with the number of its messages; 1 if it is not stated."""
-
-    def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        """Yield the messages of these topics, or all, in the order of recording."""
-
-    def count(self, topic: str) -> int | None:
-        """Return the number of messages of a topic; None when the file does not state it."""
-
-    def span(self) -> tuple[int, int]:
-        """Return the times of the first and the last message [ns]."""
-
-
-class _McapStorage:
-    """An MCAP file. Its summary is missing when the file is torn; then messages are counted."""
-
-    def __init__(self, file: Path) -> None:
-        self._file = file
-
-    def topics(self) -> dict[tuple[str, str], int]:
-        summary = mcap_file.summary(self._file)
-        if summary is not None and summary.statistics is not None and all(
-                channel.schema_id in summary.schemas for channel in summary.channels.values()):
-            counts = summary.statistics.channel_message_counts
-            found: Counter[tuple[str, str]] = Counter()
-            for number, channel in summary.channels.items():
-                kind = mcap_file.full_name(summary.schemas[channel.schema_id].name)
-                found[channel.topic, kind] += counts.get(number, 0)
-            return dict(found)
-        return dict(Counter((message.topic, message.type_name)
-                            for message in mcap_file.messages(self._file)))
-
-    def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        return mcap_file.messages_in_time(self._file, topics)
-
-    def count(self, topic: str) -> int | None:
-        summary = mcap_file.summary(self._file)
-        if summary is None or summary.statistics is None:
-            return None
-        return sum(summary.statistics.channel_message_counts.get(number, 0)
-                   for number, channel in summary.channels.items() if channel.topic == topic)
-
-    def span(self) -> tuple[int, int]:
-        summary = mcap_file.summary(self._file)
-        if summary is not None and summary.statistics is not None:
-            return summary.statistics.message_start_time, summary.statistics.message_end_time
-        return _span_of_messages(self._file, self.messages())
-
-
-class _SqliteStorage:
-    """A sqlite3 bag. It cannot be read without its metadata.yaml."""
-
-    def __init__(self, file: Path) -> None:
-        self._file = file
-
-    def topics(self) -> dict[tuple[str, str], int]:
-        with self._open() as reader:
-            return {(connection.topic, connection.msgtype): connection.msgcount
-                    for connection in reader.connections}
-
-    def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        with self._open() as reader:
-            chosen = [connection for connection in reader.connections
-                      if topics is None or connection.topic in topics]
-            for connection, log_ns, data in reader.messages(chosen):
-                yield RawMessage(connection.topic, connection.msgtype, b'', log_ns, bytes(data))
-
-    def count(self, topic: str) -> int | None:
-        with self._open() as reader:
-            return sum(connection.msgcount for connection in reader.connections
-                       if connection.topic == topic)
-
-    def span(self) -> tuple[int, int]:
-        return _span_of_messages(self._file, self.messages())
-
-    @contextmanager
-    def _open(self) -> Iterator[SqliteReader]:
-        try:
-            with SqliteReader(self._file.parent) as reader:
-                yield reader
-        except Exception as error:  # of the reader, or of its database
-            raise BagError(f'{self._file.parent}: expected a complete sqlite3 bag with its '
-                           f'metadata.yaml, found: {error}') from error
-
-
-def _span_of_messages(file: Path, messages: Iterator[RawMessage]) -> tuple[int, int]:
-    times = [message.log_ns for message in messages]
-    if not times:
-        raise BagError(f'{file}: expected messages, found none')
-    return min(times), max(times)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 import os
@@ -9,16 +10,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
+from mcap.records import Attachment, Metadata
+from mcap.well_known import Profile
 from mcap.writer import CompressionType, Writer
 from rclpy.serialization import serialize_message
 import yaml
 
 from bpc_perception.messages.types import message_definition
-from bpc_perception.recording.bag import BagError
+from bpc_perception.recording.storage.raw_message import BagError, Channel, RawMessage
 
 # A killed recorder loses one chunk, so chunks are small. A larger message gets its own chunk.
 CHUNK_SIZE_BYTES = 64 * 1024
+QOS = 'offered_qos_profiles'  # name of what a channel says of it, as rosbag2 writes it
 
 
 def begin_recording(path: Path, types: Mapping[str, str],
@@ -49,7 +52,9 @@ class BagWriter:
     reader could read anything behind half a record, so nothing more is written.
     """
 
-    def __init__(self, path: str | Path, compress: bool = False) -> None:
+    def __init__(self, path: str | Path, compress: bool = False,
+                 about: Mapping[str, Any] | None = None) -> None:
+        """Begin a bag; metadata.yaml gets what ``about`` says. Raises BagError, OSError."""
         self.path = Path(path)
         if self.path.exists():
             raise BagError(f'{path}: expected a new bag, found that it exists')
@@ -61,47 +66,66 @@ class BagWriter:
         self._torn = False
         with self._writing():
             self._writer.start(Profile.ROS2, library='bpc')
-        self._channels: dict[str, int] = {}
-        self._types: dict[str, str] = {}
-        self._schemas: dict[str, int] = {}
-        self._counts: dict[str, int] = {}
+        self._about = dict(about or {})
+        self._topics: dict[str, Channel] = {}
+        self._channels: dict[Channel, int] = {}
+        self._schemas: dict[tuple[str, str, bytes], int] = {}
+        self._counts: Counter[Channel] = Counter()
         self._first_ns: int | None = None
         self._last_ns = 0
 
-    def add_topic(self, topic: str, type_name: str, definition: bytes = b'') -> None:
-        """Announce a topic of a type such as ``sensor_msgs/msg/Image``.
+    def add_topic(self, topic: str, type_name: str) -> None:
+        """Announce a topic of an installed type such as ``sensor_msgs/msg/Image``."""
+        self._topics[topic] = Channel(topic, type_name, message_definition(type_name).encode(),
+                                      metadata=((QOS, ''),))
+        self.add_channel(self._topics[topic])
 
-        Without ``definition`` the definition of the installed type is written.
-        """
-        if type_name not in self._schemas:
-            self._schemas[type_name] = self._writer.register_schema(
-                type_name, SchemaEncoding.ROS2,
-                definition or message_definition(type_name).encode())
-        self._channels[topic] = self._writer.register_channel(
-            topic, MessageEncoding.CDR, self._schemas[type_name],
-            {'offered_qos_profiles': ''})
-        self._types[topic] = type_name
-        self._counts[topic] = 0
+    def add_channel(self, channel: Channel) -> None:
+        """Announce a topic of a type that need not be installed."""
+        schema = channel.type_name, channel.definition_encoding, channel.definition
+        if schema not in self._schemas:
+            self._schemas[schema] = self._writer.register_schema(*schema)
+        self._channels[channel] = self._writer.register_channel(
+            channel.topic, channel.encoding, self._schemas[schema], dict(channel.metadata))
+        self._counts[channel] = 0
 
     def write(self, topic: str, log_ns: int, message: Any) -> None:
         """Append a message, which may be serialized already, recorded at ``log_ns`` [ns]."""
         data = message if isinstance(message, bytes) else serialize_message(message)
-        large = len(data) > CHUNK_SIZE_BYTES
+        channel = self._topics[topic]
+        self.copy(RawMessage(channel, log_ns, data, log_ns, self._counts[channel]))
+
+    def copy(self, raw: RawMessage) -> None:
+        """Append a message of another recording, with all that is known of it."""
+        if raw.channel not in self._channels:
+            self.add_channel(raw.channel)
+        large = len(raw.data) > CHUNK_SIZE_BYTES
         with self._writing():
             if large:  # if writing it fails, the messages before it are on disk already
                 self._writer.flush()
-            self._writer.add_message(self._channels[topic], log_time=log_ns, publish_time=log_ns,
-                                     data=data, sequence=self._counts[topic])
+            self._writer.add_message(
+                self._channels[raw.channel], log_time=raw.log_ns, publish_time=raw.publish_ns,
+                data=raw.data, sequence=raw.sequence)
             if large:
                 self._writer.flush()
-        self._counts[topic] += 1
-        self._first_ns = log_ns if self._first_ns is None else min(self._first_ns, log_ns)
-        self._last_ns = max(self._last_ns, log_ns)
+        self._counts[raw.channel] += 1
+        self._first_ns = raw.log_ns if self._first_ns is None else min(self._first_ns, raw.log_ns)
+        self._last_ns = max(self._last_ns, raw.log_ns)
+
+    def copy_beside(self, record: Attachment | Metadata) -> None:
+        """Append what lies in another recording beside its messages."""
+        with self._writing():
+            if isinstance(record, Metadata):
+                self._writer.add_metadata(record.name, record.metadata)
+            else:
+                self._writer.add_attachment(record.create_time, record.log_time, record.name,
+                                            record.media_type, record.data)
 
     @property
     def written(self) -> tuple[dict[str, int], int]:
         """Messages written by topic, and the size of the file [bytes], even if it was moved."""
-        return dict(self._counts), os.fstat(self._stream.fileno()).st_size
+        counts = {channel.topic: count for channel, count in self._counts.items()}
+        return counts, os.fstat(self._stream.fileno()).st_size
 
     @property
     def in_place(self) -> bool:
@@ -146,13 +170,14 @@ class BagWriter:
             'starting_time': start, 'message_count': count,
             'topics_with_message_count': [
                 {'topic_metadata': {
-                    'name': topic, 'type': self._types[topic], 'serialization_format': 'cdr',
-                    'offered_qos_profiles': [], 'type_description_hash': ''},
-                 'message_count': count} for topic, count in self._counts.items()],
+                    'name': channel.topic, 'type': channel.type_name,
+                    'serialization_format': channel.encoding,
+                    'offered_qos_profiles': _qos_of(channel), 'type_description_hash': ''},
+                 'message_count': count} for channel, count in self._counts.items()],
             'compression_format': '', 'compression_mode': '',
             'files': [{'path': self._file.name, 'starting_time': start, 'duration': duration,
                        'message_count': count}],
-            'custom_data': None, 'ros_distro': 'jazzy'}
+            'custom_data': None, 'ros_distro': 'jazzy', **self._about}
         temporary = self.path / 'metadata.yaml.tmp'
         temporary.write_text(yaml.safe_dump({'rosbag2_bagfile_information': information}))
         temporary.replace(self.path / 'metadata.yaml')
@@ -163,3 +188,14 @@ class BagWriter:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
         self.close()
+
+
+def _qos_of(channel: Channel) -> list[Any]:
+    """Return the QoS profiles of a channel; none where Jazzy would not know their words."""
+    with suppress(yaml.YAMLError):
+        profiles = yaml.safe_load(dict(channel.metadata).get(QOS, ''))
+        if isinstance(profiles, list) and all(
+                isinstance(profile, dict) and isinstance(profile.get('history'), str)
+                for profile in profiles):
+            return profiles
+    return []

@@ -25,8 +25,8 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.path import path_from_message, path_to_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.messages.types import message_definition
-from bpc_perception.recording import mcap_file
 from bpc_perception.recording.bag import Bag, BagError
+from bpc_perception.recording.storage import mcap_file
 
 TOPIC = f'/{topics.PATH_UPDATE}'
 SETTINGS = 'path_recorder'  # name of the metadata record

@@ -49,10 +49,12 @@ from bpc_perception.recording.contents import (  # noqa: E402
     pose_topics,
 )
 from bpc_perception.recording.offline import measure_bag  # noqa: E402
+from bpc_perception.recording.storage.raw_message import Channel  # noqa: E402
 
 pytestmark = pytest.mark.ros
 OURS = ('DepositionPath', 'ExtrusionState', 'RateAdvice', 'ThicknessProfile')
 STRING, POINT = 'std_msgs/msg/String', 'geometry_msgs/msg/PointStamped'
+LBR_STATE = Channel('/lbr/state', 'lbr_fri_idl/msg/LBRState', b'float64 sample_time')
 
 
 def point(number: int) -> PointStamped:
@@ -480,14 +482,10 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
         Bag(file)
 
 
-@pytest.mark.parametrize('name', ['metadata', 'database'])
-def test_a_damaged_sqlite_bag_is_refused(tmp_path: Path, name: str) -> None:
+def test_a_file_that_is_no_sqlite_bag_is_refused(tmp_path: Path) -> None:
     folder = sqlite_bag(tmp_path / 'bag')
-    if name == 'metadata':
-        (folder / 'metadata.yaml').unlink()
-    else:
-        file, = folder.glob('*.db3')
-        file.write_bytes(b'nothing of the kind' * 100)
+    file, = folder.glob('*.db3')
+    file.write_bytes(b'nothing of the kind' * 100)
     with pytest.raises(BagError, match=r'expected .*sqlite3.*found'):
         read(folder)
 
@@ -605,11 +603,11 @@ def test_all_that_was_recorded_of_the_poses_is_found(
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/end_effector_pose', 'geometry_msgs/msg/Pose')
         writer.add_topic('/lbr/joint_states', 'sensor_msgs/msg/JointState')
-        writer.add_topic('/lbr/state', 'lbr_fri_idl/msg/LBRState', b'float64 sample_time')
+        writer.add_channel(LBR_STATE)
         writer.write('/end_effector_pose', 1, Pose())
     assert pose_topics(Bag(tmp_path / 'bag')) == {topics.POSE: Pose}
     with BagWriter(tmp_path / 'lbr') as writer:
-        writer.add_topic('/lbr/state', 'lbr_fri_idl/msg/LBRState', b'float64 sample_time')
+        writer.add_channel(LBR_STATE)
     with pytest.raises(MessageTypeError,
                        match='expected one that is installed, found lbr_fri_idl'):
         pose_topics(Bag(tmp_path / 'lbr'))

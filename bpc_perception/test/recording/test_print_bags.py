@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from bpc_perception.core.path.print_id import print_id_of, start_of
-from bpc_perception.recording import mcap_file
 from bpc_perception.recording.inputs import PRINT_ID
 from bpc_perception.recording.print_bags import AFTER_NS, HISTORY_NS, PrintBags
 from bpc_perception.recording.print_folder import free_recording, print_folder
+from bpc_perception.recording.storage import mcap_file
 
 SECOND = 10**9
 TYPES = {'/pose': 'std_msgs/msg/String', '/image': 'std_msgs/msg/String',

@@ -24,8 +24,8 @@ from rclpy.node import Node
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
-from bpc_perception.recording import mcap_file
 from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.storage import mcap_file
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_perception.runtime.transport.dds_profiles import choose_profile
 from bpc_system_tests.parts.command_line import PATIENCE_S, ROOT, running

@@ -13,13 +13,14 @@ import heapq
 import logging
 import os
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 import lz4.frame
 from mcap.data_stream import ReadDataStream
 from mcap.reader import make_reader, Summary
 from mcap.records import (
-    Channel,
+    Attachment,
+    Channel as ChannelRecord,
     Chunk,
     ChunkIndex,
     McapRecord,
@@ -31,6 +32,8 @@ from mcap.records import (
 from mcap.stream_reader import breakup_chunk, StreamReader
 import zstandard
 
+from bpc_perception.recording.storage.raw_message import Channel, RawMessage
+
 logger = logging.getLogger(__name__)
 LARGEST_CHUNK_BYTES = 1 << 30  # unpacked; fifteen captures of the largest camera
 RECORD_HEAD_BYTES = 9  # opcode and length
@@ -40,24 +43,6 @@ DECOMPRESSORS: dict[str, Callable[[bytes, int], bytes]] = {
     '': lambda data, _: data,
     'lz4': lambda data, most: lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most),
     'zstd': lambda data, most: zstandard.ZstdDecompressor().stream_reader(data).read(most)}
-
-
-class RawMessage(NamedTuple):
-    """A message as it lies in the file.
-
-    Attributes:
-        topic: the recorded topic.
-        type_name: such as ``sensor_msgs/msg/Image``.
-        definition: the text of its type; empty when the storage has none.
-        log_ns: time of recording [ns].
-        data: the serialized message.
-    """
-
-    topic: str
-    type_name: str
-    definition: bytes
-    log_ns: int
-    data: bytes
 
 
 class BoundedFile:
@@ -107,6 +92,11 @@ def metadata(file: Path, name: str) -> dict[str, str]:
                  if isinstance(record, Metadata) and record.name == name), {})
 
 
+def beside_messages(file: Path) -> Iterator[Attachment | Metadata]:
+    """Yield what lies beside the messages: files that were attached, and records of metadata."""
+    return (record for record in _records(file) if isinstance(record, Attachment | Metadata))
+
+
 def messages(file: Path) -> Iterator[RawMessage]:
     """Yield all whole messages in the order of the file.
 
@@ -114,17 +104,21 @@ def messages(file: Path) -> Iterator[RawMessage]:
     logged.
     """
     schemas: dict[int, Schema] = {}
+    records: dict[int, ChannelRecord] = {}
     channels: dict[int, Channel] = {}
     for record in _records(file):
         if isinstance(record, Schema):
             schemas[record.id] = record
-        elif isinstance(record, Channel):
-            channels[record.id] = record
+        elif isinstance(record, ChannelRecord):
+            records[record.id] = record
         elif isinstance(record, Message):
-            channel = channels.get(record.channel_id)
-            schema = schemas.get(channel.schema_id) if channel else None
-            if channel and schema:  # otherwise they were in a damaged chunk
-                yield _raw(channel, schema, record)
+            number = record.channel_id
+            if number not in channels and number in records:
+                if (schema := schemas.get(records[number].schema_id)) is None:
+                    continue  # it was in a damaged chunk
+                channels[number] = _channel(records[number], schema)
+            if number in channels:
+                yield _raw(channels[number], record)
 
 
 def messages_in_time(file: Path, topics: Set[str] | None = None) -> Iterator[RawMessage]:
@@ -141,7 +135,8 @@ def messages_in_time(file: Path, topics: Set[str] | None = None) -> Iterator[Raw
         yield from (message for message in messages(file)
                     if topics is None or message.topic in topics)
         return
-    wanted = {number: channel for number, channel in found.channels.items()
+    wanted = {number: _channel(channel, found.schemas[channel.schema_id])
+              for number, channel in found.channels.items()
               if topics is None or channel.topic in topics}
     waiting: list[tuple[int, int, int, Message | None]] = [
         (index.message_start_time, index.chunk_start_offset, -1, None)
@@ -151,8 +146,7 @@ def messages_in_time(file: Path, topics: Set[str] | None = None) -> Iterator[Raw
         while waiting:
             _, offset, _, message = heapq.heappop(waiting)
             if message is not None:
-                channel = wanted[message.channel_id]
-                yield _raw(channel, found.schemas[channel.schema_id], message)
+                yield _raw(wanted[message.channel_id], message)
                 continue
             for place, (time, record) in enumerate(_timed(_chunk_at(file, stream, offset))):
                 if record.channel_id in wanted:
@@ -209,9 +203,13 @@ def _chunk_at(file: Path, stream: BinaryIO, offset: int) -> list[McapRecord]:
     return _unpacked(file, chunk)
 
 
-def _raw(channel: Channel, schema: Schema, record: Message) -> RawMessage:
-    return RawMessage(channel.topic, full_name(schema.name), schema.data, record.log_time,
-                      record.data)
+def _channel(channel: ChannelRecord, schema: Schema) -> Channel:
+    return Channel(channel.topic, full_name(schema.name), schema.data, schema.encoding,
+                   channel.message_encoding, tuple(channel.metadata.items()))
+
+
+def _raw(channel: Channel, record: Message) -> RawMessage:
+    return RawMessage(channel, record.log_time, record.data, record.publish_time, record.sequence)
 
 
 def full_name(type_name: str) -> str:

@@ -1,0 +1,76 @@
+"""Make a whole recording of what a torn one still holds, with all that it says of itself."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+import shutil
+
+from mcap.records import Attachment, Metadata
+
+from bpc_perception.recording import inputs
+from bpc_perception.recording.atomic import atomic_bag
+from bpc_perception.recording.bag import Bag
+from bpc_perception.recording.storage import mcap_file
+from bpc_perception.recording.storage.files import (
+    description,
+    is_storage_file,
+    kind_of,
+    MCAP,
+    METADATA,
+)
+from bpc_perception.recording.storage.packing import unpacked, UnpackedFile
+from bpc_perception.recording.storage.storage import open_storage
+
+# Written anew, since it counts the messages: of these two, only what the recorder's user said.
+DESCRIPTION = 'rosbag2'
+KEPT_OF_METADATA = ('custom_data', 'ros_distro')
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """What a recovered recording has.
+
+    Attributes:
+        messages: number of messages by topic.
+        left_out: names of what lies beside the recording and is not in the new one.
+    """
+
+    messages: dict[str, int]
+    left_out: list[str]
+
+
+def recover_bag(path: Path, out: Path) -> Recovered:
+    """Copy all that is readable of a recording into a new bag, unpacked.
+
+    Types, encodings, QoS, times of publication, attachments and metadata stay as they are. The
+    files of bpc beside the recording are copied too. Raises BagError, OSError.
+    """
+    files = Bag(path).files
+    folder = files[0].parent
+    messages: Counter[str] = Counter()
+    said = description(folder)
+    about = {name: said[name] for name in KEPT_OF_METADATA if name in said}
+    with atomic_bag(out, about) as writer:
+        for file in files:
+            for record in _beside_messages(file):
+                writer.copy_beside(record)
+            for raw in open_storage(file).messages():
+                writer.copy(raw._replace(data=unpacked(raw.data)))
+                messages[raw.topic] += 1
+        beside = sorted(each.name for each in folder.iterdir() if not (
+            is_storage_file(each) or each.name == METADATA)) if path.is_dir() else []
+        for name in inputs.KEPT_BESIDE:
+            if name in beside:
+                shutil.copy(folder / name, writer.path)
+    return Recovered(dict(messages),
+                     [name for name in beside if name not in inputs.KEPT_BESIDE])
+
+
+def _beside_messages(file: Path) -> Iterator[Attachment | Metadata]:
+    whole = UnpackedFile(file)
+    if kind_of(file) == MCAP:
+        yield from (record for record in mcap_file.beside_messages(whole.path)
+                    if not (isinstance(record, Metadata) and record.name == DESCRIPTION))

@@ -1,0 +1,1 @@
+"""The files of a recording: which they are, and what lies in them."""

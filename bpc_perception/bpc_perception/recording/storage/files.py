@@ -1,0 +1,82 @@
+"""Find the storage files of a recording."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+from bpc_perception.files.yaml_file import FileError, read_yaml
+from bpc_perception.recording.print_folder import recordings_in
+from bpc_perception.recording.storage.packing import PACKED
+from bpc_perception.recording.storage.raw_message import BagError
+
+logger = logging.getLogger(__name__)
+MCAP, SQLITE = '.mcap', '.db3'
+METADATA = 'metadata.yaml'
+METADATA_BYTES = 1_000_000  # at most; of a robot with a thousand topics
+SUFFIXES = tuple(kind + packed for kind in (MCAP, SQLITE) for packed in ('', *PACKED))
+
+
+def is_storage_file(path: str | Path) -> bool:
+    """Return whether this is the name of a storage file, which may be packed."""
+    return str(path).endswith(SUFFIXES)
+
+
+def storage_files(path: Path) -> list[Path]:
+    """Return the storage files of a recording, in the order in which they were recorded.
+
+    The folder of a print stands for all of its recordings. Raises BagError when there are none.
+    """
+    if path.is_file() and is_storage_file(path):
+        return [path]
+    if not path.exists():
+        raise BagError(f'{path}: expected a bag, found nothing there')
+    if recordings := recordings_in(path):  # more than one after a crash
+        return [file for recording in recordings for file in storage_files(recording)]
+    files = path.is_dir() and (_listed_files(path) or _files_in(path))
+    if not files:
+        raise BagError(f'{path}: expected a rosbag2 folder or an .mcap or .db3 file, '
+                       'found neither')
+    return files
+
+
+def description(folder: Path) -> dict[str, Any]:
+    """Return what metadata.yaml says of a recording; empty when it is missing or unfit."""
+    try:
+        found = read_yaml(folder / METADATA, METADATA_BYTES)['rosbag2_bagfile_information']
+    except (FileError, LookupError, TypeError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _listed_files(folder: Path) -> list[Path]:
+    """Return the files that metadata.yaml lists, in its order, as far as they are there."""
+    listed = description(folder).get('relative_file_paths')
+    names = [Path(str(name)).name for name in listed] if isinstance(listed, list) else []
+    there = {_plain(file): file for file in _files_in(folder)}
+    # A file may have been packed or unpacked since, by somebody else.
+    names = [_plain(Path(name)) for name in names if is_storage_file(name)]
+    for name in names:
+        if there and name not in there:
+            logger.warning('%s: left out %s, which metadata.yaml lists, but which is not there',
+                           folder, name)
+    return [there[name] for name in names if name in there]
+
+
+def kind_of(file: Path) -> str:
+    """Return MCAP or SQLITE, by the name of a storage file."""
+    return Path(_plain(file)).suffix
+
+
+def _files_in(folder: Path) -> list[Path]:
+    """Return the storage files in a folder, 2 before 10; of one packed and unpacked, that one."""
+    found = sorted((file for file in folder.iterdir() if is_storage_file(file)
+                    and file.is_file()), key=lambda file: (len(_plain(file)), _plain(file)))
+    names = {file.name for file in found}
+    return [file for file in found if file.suffix not in PACKED or file.stem not in names]
+
+
+def _plain(file: Path) -> str:
+    """Return the name of a storage file once it is unpacked."""
+    return file.stem if file.suffix in PACKED else file.name
