@@ -179,7 +179,8 @@ class Session:
                           refusal=f'measurement: expected a result, found {error!r}')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
         warnings = (profile.off_path(self.config.maximum_offset),
-                    overexposed(capture, T_base_camera, profile))
+                    overexposed(capture, T_base_camera, profile),
+                    self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         return Result(capture, T_base_camera, profile, advice,
                       warning='; '.join(filter(None, warnings)))
 

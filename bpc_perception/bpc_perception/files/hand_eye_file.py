@@ -104,7 +104,8 @@ def _form(content: dict[str, Any]) -> str:
 def _easy_handeye2(content: dict[str, Any]) -> HandEye:
     on_base = _mount(_entry(content, 'parameters', 'calibration_type'))
     return HandEye(on_base, _pose(_numbers(_entry(content, 'transform', 'translation'), 'xyz'),
-                                  _numbers(_entry(content, 'transform', 'rotation'), 'xyzw')))
+                                  _numbers(_entry(content, 'transform', 'rotation'), 'xyzw')),
+                   *_frames(content, on_base))
 
 
 def _easy_handeye(content: dict[str, Any]) -> HandEye:
@@ -113,7 +114,19 @@ def _easy_handeye(content: dict[str, Any]) -> HandEye:
     if not isinstance(in_hand, bool):
         raise HandEyeError(f'expected eye_on_hand true or false, found {in_hand!r}')
     numbers = _numbers(content['transformation'], ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'))
-    return HandEye(not in_hand, _pose(numbers[:3], numbers[3:]))
+    return HandEye(not in_hand, _pose(numbers[:3], numbers[3:]), *_frames(content, not in_hand))
+
+
+def _frames(content: dict[str, Any], on_base: bool) -> tuple[str, str]:
+    """Return the names of the parent's and the camera's frame; empty where they are not stated.
+
+    easy_handeye keeps them among its parameters, old versions of it beside the transformation.
+    """
+    stated = content.get('parameters', content)
+    if not isinstance(stated, dict):
+        return '', ''
+    parent = 'robot_base_frame' if on_base else 'robot_effector_frame'
+    return str(stated.get(parent) or ''), str(stated.get('tracking_base_frame') or '')
 
 
 def _matrix(content: dict[str, Any]) -> HandEye:

@@ -82,6 +82,15 @@ def test_an_overexposed_picture_is_warned_of() -> None:
     assert 'overexposed' in words[1]
 
 
+def test_a_calibration_that_may_be_of_another_camera_is_warned_of() -> None:
+    for camera_frame, warned in (('camera', False), ('other_camera', True)):
+        made = session(1.5, hand_eye=HandEye(True, DOWN, 'lbr_link_0', camera_frame))
+        made.set_path(path(1.5))
+        result, = made.results()
+        assert result.profile is not None
+        assert ('camera frame other_camera' in result.warning) == warned
+
+
 def test_advice_comes_with_the_profile() -> None:
     made = session(1.5)
     made.set_path(path(1.5))

@@ -38,6 +38,17 @@ def test_both_mounts_are_read(tmp_path: Path, mount: str, on_base: bool) -> None
         ((0, -1, 0, 0.1), (1, 0, 0, -0.2), (0, 0, 1, 1), (0, 0, 0, 1)), atol=1e-8)
 
 
+@pytest.mark.parametrize(('text', 'frames'), [
+    (GOOD.format(mount='eye_on_base'), ('lbr_link_0', 'camera')),
+    (GOOD.format(mount='eye_in_hand'), ('', 'camera')),
+    (GOOD.format(mount='eye_in_hand').replace('robot_base', 'robot_effector'),
+     ('lbr_link_0', 'camera'))])
+def test_the_names_of_the_frames_are_read_where_they_are_stated(
+        tmp_path: Path, text: str, frames: tuple[str, str]) -> None:
+    found = load_hand_eye(written(tmp_path, text))
+    assert (found.parent_frame, found.camera_frame) == frames
+
+
 def good_without(*lines: str) -> str:
     return ''.join(line + '\n' for line in GOOD.format(mount='eye_on_base').splitlines()
                    if not line.strip().startswith(lines))

@@ -15,10 +15,29 @@ class HandEye:
     Attributes:
         on_base: True = fixed beside the robot (eye on base), False = on its flange (in hand).
         T_parent_camera: (4, 4) pose of the camera's optical frame in the base or flange frame.
+        parent_frame, camera_frame: their names where it was calibrated; empty = not stated.
     """
 
     on_base: bool
     T_parent_camera: Array
+    parent_frame: str = ''
+    camera_frame: str = ''
+
+    def contradiction(self, base_frame: str, camera_frame: str) -> str:
+        """Return a warning if these frames have other names than in the calibration; empty = not.
+
+        Only the numbers count. But other names may mean that they are of another camera or cell.
+        """
+        named = [('camera', self.camera_frame, camera_frame)]
+        if self.on_base:
+            named.append(('base', self.parent_frame, base_frame))
+        others = [f'the {body} frame {found} instead of {expected}'
+                  for body, found, expected in named
+                  if found and expected and found.strip('/') != expected.strip('/')]
+        if not others:
+            return ''
+        return (f'hand-eye calibration: expected one of this camera, found {" and ".join(others)};'
+                ' is it the right file?')
 
     def camera_pose(self, poses: PoseBuffer, stamp_ns: int, maximum_gap: float) -> Array | None:
         """Return T_base_camera (4, 4) [m] at a time [ns]; None = the flange's pose is not known.
