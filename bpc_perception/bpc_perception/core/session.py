@@ -18,6 +18,7 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.measure import measure, MeasurementError
+from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.robot.hand_eye import HandEye
@@ -144,6 +145,7 @@ class Session:
     def _measure(self, capture: Capture) -> Result:
         path = self._path
         if path is None or not path.print_id:
+            self._see_ground(capture)
             return Result(capture, refusal='path: expected a print, found none started')
         refusal = self._untimely(capture, path)
         if refusal:
@@ -159,11 +161,19 @@ class Session:
     def _untimely(self, capture: Capture, path: DepositionPath) -> str:
         """Return why a capture of this stamp is not measured; empty = it is."""
         if capture.stamp_ns < path.start_ns:
+            self._see_ground(capture)
             return f'path: expected a print begun before the capture, found {path.print_id}'
         newest_print, newest_ns = self._newest
         if path.print_id == newest_print and capture.stamp_ns <= newest_ns:
             return 'capture: expected a later stamp than the last, found it late or twice'
         return ''
+
+    def _see_ground(self, capture: Capture) -> None:
+        """Remember what lies on the bed before a print."""
+        T_base_camera = self._hand_eye.camera_pose(self._poses, capture.stamp_ns,
+                                                   self.config.maximum_pose_gap)
+        if T_base_camera is not None:
+            self._memory.ground.see(View(capture, T_base_camera))
 
     def _profile_and_advice(self, capture: Capture, path: DepositionPath,
                             T_base_camera: Array) -> Result:
@@ -178,7 +188,7 @@ class Session:
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
-        warnings = (profile.off_path(self.config.maximum_offset),
+        warnings = (profile.off_path(self.config.maximum_offset), self._memory.ground.warning,
                     overexposed(capture, T_base_camera, profile),
                     self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         return Result(capture, T_base_camera, profile, advice,

@@ -181,15 +181,15 @@ def test_a_capture_that_comes_late_or_twice_is_refused(again: float) -> None:
 
 
 def test_two_prints_back_to_back_share_nothing() -> None:
-    """The second print begins where the first ended, and is measured by itself."""
+    """The second print, on a new bed, is measured by itself."""
     made = session(1.4)
     made.set_path(path(1.6, finished=True))
     first, = made.results()
-    made.set_path(path(1.5, print_id='two', start=2.0))
-    made.add_capture(capture_of(IMAGE, at_ns(3.4)))
+    made.set_path(path(1.5, print_id='two', start=20.0))
+    made.add_capture(capture_of(IMAGE, at_ns(21.4)))
     second, = made.results()
-    alone = session(3.4)
-    alone.set_path(path(1.5, print_id='two', start=2.0))
+    alone = session(21.4)
+    alone.set_path(path(1.5, print_id='two', start=20.0))
     expected, = alone.results()
     assert first.profile is not None
     assert second.profile is not None

@@ -67,7 +67,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         T_base_camera: (4, 4) pose of the camera's optical frame in the base frame.
         config: how to measure.
         number: number of the capture within the print.
-        memory: of the print's captures before, which saves measuring again what is as it was.
+        memory: of the print's captures before, which saves measuring again what is as it was, and
+            tells what lay there before; None = the capture is alone.
 
     Raises:
         MeasurementError: the path is too short, or the camera does not see where it is.
@@ -81,11 +82,15 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     low = on_bed(path.points, bed, config.maximum_tip_height)
     stroke = stroke_numbers(path, bed.height(path.points), low)
     path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
-    memory = memory or PrintMemory()
+    alone, memory = memory is None, memory or PrintMemory()
     samples = measure_strokes(view, path, stroke, shown, bed, config, memory)
     samples = look_at_travel(
         view, path, stroke, shown, samples, bed,
         lambda track, index: LOOKS[config.method](view, track, index, bed, config, memory))
+    if not alone:
+        samples = memory.ground.judge(
+            view, path, stroke, shown, samples, bed, lambda view, track, index:
+            LOOKS[config.method](view, track, index, bed, config, memory))
     return profile_of(samples, stroke, capture, path, config.method, number, started)
 
 
