@@ -13,12 +13,22 @@ from bpc_perception.core.extruder.plunger import PlungerMotion
 from bpc_perception.core.extruder.sample import ExtruderSample
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
+# No syringe does more: 0.1 litre a second, 50 mm a second.
+FASTEST_FLOW_M3_PER_S, FASTEST_PLUNGER_M_PER_S = 1e-4, 0.05
+
 
 def extruder_from_message(message: ExtrusionState) -> ExtruderSample:
     """Return that part of the extruder's state that the path carries.
 
-    After an error it is not known what the extruder does.
+    After an error it is not known what the extruder does. Raises ConversionError for rates that
+    are impossible.
     """
+    for name, fastest, unit in (('flow_rate', FASTEST_FLOW_M3_PER_S, 'm^3/s'),
+                                ('plunger_velocity', FASTEST_PLUNGER_M_PER_S, 'm/s')):
+        if abs(getattr(message, name)) > fastest:  # NaN = unknown
+            raise ConversionError(
+                f'extrusion_state: expected a {name} of at most {fastest:g} {unit}, found '
+                f'{getattr(message, name):g}; is it in millimetres?')
     if message.error_status:
         return ExtruderSample(stamp_to_ns(message.header.stamp), False, math.nan, math.nan)
     return ExtruderSample(stamp_to_ns(message.header.stamp), bool(message.extruding),

@@ -70,8 +70,8 @@ class PathRecorderNode(Node):
 
     def _on_extruder(self, message: ExtrusionState) -> None:
         self._diagnostics.heard(topics.EXTRUSION)
-        sample = extruder_from_message(message)
         try:
+            sample = extruder_from_message(message)
             expect_not_ahead(self, 'extrusion_state', sample.stamp_ns,
                              self._config.watch.maximum_lead)
         except ConversionError as error:

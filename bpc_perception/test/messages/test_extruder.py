@@ -8,7 +8,7 @@ import pytest
 
 from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.messages.extruder import extruder_from_message
-from bpc_perception.messages.stamps import ns_to_stamp
+from bpc_perception.messages.stamps import ConversionError, ns_to_stamp
 
 pytestmark = pytest.mark.ros
 
@@ -27,6 +27,15 @@ def test_an_extruder_that_is_uncertain_of_its_position_is_believed() -> None:
                              position_uncertain=True)
     sample = extruder_from_message(message)
     assert (sample.extruding, sample.plunger_velocity, sample.flow_rate) == (True, 1e-4, 5e-8)
+
+
+@pytest.mark.parametrize('rates', [
+    {'flow_rate': 12.0}, {'flow_rate': np.inf}, {'plunger_velocity': -0.1},
+    {'plunger_velocity': np.inf}])
+def test_rates_that_no_syringe_reaches_are_refused(rates: dict[str, float]) -> None:
+    with pytest.raises(ConversionError, match=f'expected a {next(iter(rates))} of at most .*'
+                                              'is it in millimetres'):
+        extruder_from_message(ExtrusionState(extruding=True, **rates))
 
 
 def test_an_extruder_state_is_read() -> None:

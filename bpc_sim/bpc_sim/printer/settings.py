@@ -40,7 +40,7 @@ def hand_eye_calibration(job: PrintJob) -> dict[str, object]:
     return {
         'parameters': {'name': 'synthetic', 'calibration_type': 'eye_on_base',
                        'robot_base_frame': 'lbr_link_0', 'robot_effector_frame': 'lbr_link_ee',
-                       'tracking_base_frame': 'zivid_optical_frame'},
+                       'tracking_base_frame': 'camera_optical_frame'},
         'transform': {
             'translation': dict(zip('xyz', pose[:3, 3].tolist(), strict=True)),
             'rotation': dict(zip('xyzw', rotation.tolist(), strict=True))}}

@@ -6,6 +6,7 @@ from typing import Any
 
 from bpc_sim.studies.closed_loop.study import CLOSED_LOOP
 from bpc_sim.studies.hardware_study import HARDWARE
+from bpc_sim.studies.misfortunes.study import MISFORTUNE_SEARCH
 from bpc_sim.studies.paper.sweeps import RESOLUTION, THICKNESS
 from bpc_sim.studies.paper.table1 import TABLE1
 from bpc_sim.studies.peers.study import PEERS
@@ -22,4 +23,5 @@ STUDIES: dict[str, Study[Any, Any]] = {
     'stress': STRESS_SCENES,
     'peers': PEERS,
     'closedloop': CLOSED_LOOP,
+    'misfortunes': MISFORTUNE_SEARCH,
 }

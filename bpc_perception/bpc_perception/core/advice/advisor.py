@@ -276,7 +276,9 @@ def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: 
     speed, rate = np.log(current.observations.means(config.window))
     correction = correct(
         Situation(area=2 * np.log(advice.target_thickness), speed=speed, rate=rate,
-                  volume=np.log(current.command.volume), prior=current.prior,
+                  volume=np.log(current.command.volume),
+                  lacking=2 * np.log(advice.target_thickness / advice.measured_thickness),
+                  prior=current.prior,
                   correcting=current.correcting, followed=followed, elapsed=elapsed,
                   longest_period=max(current.periods, default=0.0),
                   until_effect=current.until_effect),

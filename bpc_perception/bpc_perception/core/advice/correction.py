@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bpc_perception.core.advice.delivery_filter import Delivery, PRIOR_SIGMA
-from bpc_perception.core.advice.observations import Finding
+from bpc_perception.core.advice.observations import ESTABLISHED_SIGMA, Finding
 from bpc_perception.core.advice.rate_advice import Reason
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import AdviceConfig
@@ -27,6 +27,7 @@ class Situation:
         speed: of the nozzle in the recent past.
         rate: commanded in the recent past.
         volume: commanded per length, in force now.
+        lacking: to the area wanted, in the newest path that was measured.
         prior: gain for which the print was set up.
         correcting: whether the advice before asked for a change.
         followed: by how much advice has changed the flow already, where it is not recorded.
@@ -39,6 +40,7 @@ class Situation:
     speed: float
     rate: float
     volume: float
+    lacking: float
     prior: float
     correcting: bool
     followed: float
@@ -79,8 +81,12 @@ def correct(now: Situation, finding: Finding, delivery: Delivery,
     asked = confidence * (believed - now.volume) * (1, -1)  # the speed goes against the flow
     step = config.slew_rate * now.elapsed
     followed = now.followed * np.array((1, -1))
-    changes = np.clip(asked, np.clip(least - followed, -step, 0.0),
-                      np.clip(most - followed, 0.0, step))
+    # The flow goes up, and the speed down, no further than by what the bead lacks, unless it is
+    # well known that the bead is about to become thinner.
+    lacking = max(now.lacking, 0.0) if delivery.gain_sigma > ESTABLISHED_SIGMA else np.inf
+    lowest, highest = np.array((-step, -min(step, lacking))), np.array((min(step, lacking), step))
+    changes = np.clip(asked, np.clip(least - followed, lowest, 0.0),
+                      np.clip(most - followed, 0.0, highest))
     if (changes != asked).any() or (believed != wanted).any():
         reason = Reason.LIMITED
     elif wanted[0] > now.volume:

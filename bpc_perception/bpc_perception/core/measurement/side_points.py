@@ -42,7 +42,8 @@ def interpolated(values: Array, place: Array) -> Array:
     high = np.minimum(low + 1, len(values) - 1)
     share = (place - low).reshape(-1, *(1,) * (values.ndim - 1))
     share = np.where(low == high, 0.0, share.T).T
-    mixed = (1 - share) * values[low] + share * values[high]
+    with np.errstate(invalid='ignore'):  # beside infinity the nearest counts as well
+        mixed = (1 - share) * values[low] + share * values[high]
     return np.asarray(np.where(np.isnan(mixed), values[nearest(place, len(values))], mixed))
 
 

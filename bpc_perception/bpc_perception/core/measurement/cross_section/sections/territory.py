@@ -108,7 +108,7 @@ def find_nearest(points: Array, start: Array, lateral: Array,
     Args:
         points: (P, 2) the path [m].
         start: (N, 2) where the sections meet it [m].
-        lateral: (N, 2) unit vectors along the sections.
+        lateral: (N, 2) unit vectors along the sections; NaN = no direction is known.
         offset: (M,) of the samples from the starts [m].
 
     Returns:
@@ -121,7 +121,7 @@ def find_nearest(points: Array, start: Array, lateral: Array,
                float(extent.max()) / LARGEST_MAP_CELLS)
     x, y = ((points - low) / cell).astype(np.float32).T
     places = [((origin[:, None] + offset * side[:, None]) / cell).astype(np.float32)
-              for origin, side in zip((start - low).T, lateral.T, strict=True)]
+              for origin, side in zip((start - low).T, np.nan_to_num(lateral).T, strict=True)]
 
     free = np.ones(np.ceil(extent[::-1] / cell).astype(int) + 2, np.uint8)
     column, row = np.rint(x).astype(np.intp), np.rint(y).astype(np.intp)
