@@ -14,6 +14,7 @@ import time
 from types import TracebackType
 from typing import Any
 
+from bpc_perception.claims import domain
 from bpc_perception.runtime.process import HEARTBEAT_VARIABLE, PARENT_VARIABLE
 from bpc_perception.runtime.ros_arguments import ros_arguments
 from bpc_perception.runtime.transport import shared_memory
@@ -67,7 +68,7 @@ class Nodes:
             [sys.executable, '-m', module, *ros_arguments(
                 self._parameters | parameters, self._remappings, self._parameter_file)],
             stdin=subprocess.DEVNULL, stdout=handle, stderr=handle, start_new_session=True,
-            env=environment, pass_fds=(write_end,))
+            env=environment, pass_fds=(write_end, *domain.descriptors()))
         self._children[name] = _Child(module, parameters, process, Path(log), read_end)
         os.close(handle)
         os.close(write_end)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import os
 from pathlib import Path
 import time
 from typing import Any
@@ -197,6 +198,16 @@ def test_a_folder_that_cannot_be_written_to_costs_no_print(graph: Any, tmp_path:
     bench = recorder_bench(graph, state_folder=str(tmp_path / 'file'))
     assert len(print_line(bench)[-1].x) > 100
     assert bench.diagnosed('refused: state_folder') == '1'
+
+
+def test_a_second_recorder_does_not_write_into_the_print_of_the_first(graph: Any,
+                                                                     tmp_path: Path) -> None:
+    first = recorder_bench(graph, state_folder=str(tmp_path))
+    with pytest.raises(ValueError, match=f'{tmp_path}: expected to be the only one to keep a '
+                                         f'running print there, found process {os.getpid()} '):
+        recorder_bench(graph, state_folder=str(tmp_path))
+    assert len(print_line(first)[-1].x) > 100
+    assert first.diagnosed('last refusal') == ''
 
 
 def test_a_print_left_off_with_another_nozzle_is_not_gone_on_with(graph: Any,

@@ -19,7 +19,15 @@ from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_sim.printer.settings import write_settings
-from bpc_system_tests.parts.command_line import command, OUTPUTS, PATIENCE_S, run, succeed
+from bpc_system_tests.parts.command_line import (
+    command,
+    OUTPUTS,
+    PATIENCE_S,
+    refusal,
+    run,
+    SAMPLE,
+    succeed,
+)
 from bpc_system_tests.parts.process_tree import alive, descendants
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain
 
@@ -97,6 +105,14 @@ def test_its_results_are_there_while_it_grows(live: LivePrints) -> None:
             if not file.name.startswith('.')} == {*OUTPUTS, 'recording'}
     known = live.captures(live.folder())
     live.wait(lambda: live.captures(live.folder()) > known)
+
+
+def test_nobody_begins_beside_it(live: LivePrints) -> None:
+    said = refusal('live', '--handeye', SAMPLE / 'hand_eye.calib', '--params',
+                   SAMPLE / 'params.yaml')
+    assert said.startswith(f'bpc: ROS domain {os.environ["ROS_DOMAIN_ID"]}: expected no other '
+                           f'suite in it, found process {live.process.pid} (bpc live --handeye')
+    assert live.process.poll() is None
 
 
 @pytest.mark.parametrize('module', ['results_writer', 'bag_recorder'])
