@@ -17,6 +17,7 @@ from rich.console import RenderableType
 from bpc_interfaces.msg import RateAdvice as RateAdviceMsg, ThicknessProfile as ThicknessProfileMsg
 from bpc_perception.claims import domain
 from bpc_perception.cli.parts.live_view import view
+from bpc_perception.cli.parts.patient_output import patient_output
 from bpc_perception.cli.parts.recent_warnings import RecentWarnings
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal
@@ -191,7 +192,7 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     It keeps the newest ``keep`` results, or all of them. Raises HeldError if another suite has
     the ROS domain.
     """
-    with domain.claimed(terminal.say):
+    with patient_output(), domain.claimed(terminal.say):
         yield from _monitoring(terminal, keep)
 
 
