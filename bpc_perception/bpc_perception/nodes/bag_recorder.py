@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from math import inf
+from operator import methodcaller
 from pathlib import Path
 import shutil
 import sys
@@ -173,14 +174,17 @@ class BagRecorderNode(Node):
         self.failure = (f'{what}: expected to write {self._bag.path}, found: '
                         f'{error.strerror or error}')
 
-    def destroy_node(self) -> None:
-        """Complete the bag as well."""
+    def complete(self) -> None:
+        """Complete the bag."""
         try:
             self._bag.close()
         except OSError as error:
             self._fail(error, 'not completed')
-        finally:
-            super().destroy_node()
+
+    def destroy_node(self) -> None:
+        """Complete the bag as well."""
+        self.complete()
+        super().destroy_node()
 
 
 def main(on_progress: Callable[[dict[str, int], int], None] | None = None) -> None:
@@ -191,7 +195,7 @@ def main(on_progress: Callable[[dict[str, int], int], None] | None = None) -> No
         made.append(BagRecorderNode(on_progress))
         return made[0]
 
-    run(bag_recorder, large_messages=True, fast_streams=True)
+    run(bag_recorder, large_messages=True, fast_streams=True, complete=methodcaller('complete'))
     if made and made[0].failure:
         print(f'bag_recorder: {made[0].failure}', file=sys.stderr)
         sys.exit(REFUSED)

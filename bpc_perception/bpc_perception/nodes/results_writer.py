@@ -162,7 +162,7 @@ class ResultsWriterNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(ResultsWriterNode, large_messages=True, on_purpose=ResultsWriterNode.finish)
+    run(ResultsWriterNode, large_messages=True, complete=ResultsWriterNode.finish)
 
 
 if __name__ == '__main__':

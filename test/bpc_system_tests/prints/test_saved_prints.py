@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from std_srvs.srv import Trigger
 
+from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_sim.printer.scenarios import SCENARIOS
@@ -145,9 +146,16 @@ def test_the_next_print_has_a_folder_of_its_own(live: LivePrints) -> None:
 
 def test_it_is_whole_after_live_was_killed(live: LivePrints) -> None:
     nodes = descendants([live.process.pid])
+    folder, known = live.folder(), len(live.listener.advice)
+    live.wait(lambda: len(live.listener.advice) > known)
+    newest_ns = stamp_to_ns(live.listener.advice[-1].header.stamp)
     live.process.kill()
     live.process.wait()
     live.wait(lambda: not any(map(alive, nodes)))
+    # What they keep they have completed.
+    assert (folder / 'recording' / 'metadata.yaml').exists()
+    captures = json.loads((folder / 'summary.json').read_text())['captures']
+    assert captures[-1]['stamp_ns'] >= newest_ns
     folders = sorted(folder for folder in live.prints.iterdir() if folder.is_dir())
     assert len(folders) == 2
     for folder in folders:
