@@ -108,7 +108,8 @@ def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: boo
 
     See RigListener for the other arguments.
     """
-    rclpy.init(args=[])  # not the arguments of the command, where := means a remapping, too
+    # Not the arguments of the command, where := means a remapping, too. It needs no log.
+    rclpy.init(args=['--ros-args', '--disable-external-lib-logs'])
     node = rclpy.create_node('bpc_check')
     try:
         listener = RigListener(node, recorder, others, camera)

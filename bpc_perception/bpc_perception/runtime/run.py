@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 import gc
 import logging
 import signal
@@ -123,7 +124,8 @@ def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
         with receive_profile(large_messages):
             made = make_node()
     except (ValueError, OSError, ParameterException) as error:
-        print(f'{make_node.__name__}: {error}', file=sys.stderr)
+        with suppress(OSError):  # no room for it; the status tells as well
+            print(f'{make_node.__name__}: {error}', file=sys.stderr)
     else:
         return [made] if isinstance(made, Node) else list(made)
     gc.collect()  # half-made nodes then leave the graph

@@ -29,6 +29,15 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_exits_with_2() -> Non
     assert '/nowhere/camera.calib: expected a readable YAML file, found' in line
 
 
+def test_a_node_that_cannot_even_say_why_it_does_not_start_exits_with_2() -> None:
+    with open('/dev/full', 'wb') as full:
+        ended = subprocess.run(
+            [sys.executable, '-m', 'bpc_perception.nodes.thickness', '--ros-args', '-p',
+             'hand_eye_file:=/nowhere/camera.calib'],
+            stdout=full, stderr=full, timeout=60, check=False)
+    assert ended.returncode == 2
+
+
 @pytest.mark.parametrize('numbers', [
     [signal.SIGTERM],
     [signal.SIGHUP],

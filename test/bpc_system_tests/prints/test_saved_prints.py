@@ -85,7 +85,9 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LivePrints]:
               command('live', '--handeye', settings.hand_eye, '--params', settings.parameters,
                       '--out', prints),
               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-              env=os.environ | {'XDG_STATE_HOME': str(folder)}) as process):
+              # Nothing can be written but the print.
+              env=os.environ | {'HOME': '/proc/nowhere', 'XDG_STATE_HOME': '/proc/nowhere',
+                                'ROS_LOG_DIR': '/proc/nowhere'}) as process):
         try:
             names = {'thickness', 'path_recorder', 'bag_recorder', 'results_writer'}
             listener.wait(lambda: names <= set(listener.node.get_node_names()), nodes)
