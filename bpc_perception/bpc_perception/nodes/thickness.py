@@ -27,6 +27,7 @@ from bpc_perception.messages.profile import profile_to_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.nodes.parts.single_source import subscribe_single_source
 from bpc_perception.nodes.parts.views import Views
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
@@ -64,7 +65,8 @@ class ThicknessNode(Node):
         self._views = Views(self, self._frame)
         for name, kind in topics.CAMERA.items() if camera_topics else ():
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
-            self.create_subscription(kind, name, partial(self._on_camera, name), qos)
+            subscribe_single_source(self, kind, name, partial(self._on_camera, name), qos,
+                                    self._diagnostics)
         if not hand_eye.on_base:
             subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
                             self._diagnostics, self._on_pose)
