@@ -144,6 +144,26 @@ def test_a_second_camera_is_not_measured_as_if_it_were_the_first(graph: Any,
     assert 'expected messages of one publisher' in bench.diagnosed('last refusal')
 
 
+@pytest.mark.parametrize('place', [
+    'messages.capture_pairing.capture_from_messages', 'core.session.measure',
+    'core.session.overexposed', 'nodes.parts.views.Views.publish'])
+def test_without_memory_for_a_capture_it_is_refused_and_the_next_is_measured(
+        graph: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    def fail(*_: Any) -> None:
+        raise MemoryError('Unable to allocate 23.0 MiB')
+
+    bench = thickness_bench(graph, tmp_path)
+    bench.send(topics.PATH, BEAD_PATH)
+    with monkeypatch.context() as context:
+        context.setattr(f'bpc_perception.{place}', fail)
+        bench.send_capture(STAMP_NS)
+        bench.until(lambda: 'Unable to allocate 23.0 MiB' in bench.diagnosed('last refusal'))
+    profiles = bench.received[topics.PROFILE]
+    profiles.clear()
+    bench.send_capture(STAMP_NS + SECOND)
+    assert_profile_comes(bench, STAMP_NS + SECOND)
+
+
 def test_a_path_in_parts_is_as_good(graph: Any, tmp_path: Path) -> None:
     bench = thickness_bench(graph, tmp_path)
     path = path_from_message(BEAD_PATH)
