@@ -9,6 +9,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from bpc_perception.claims import domain
 from bpc_perception.files.parameter_file import live_recorder
 from bpc_perception.recording.path_journal import default_folder
 from bpc_perception.runtime.transport.dds_profiles import PROFILE_VARIABLES, with_profile
@@ -37,6 +38,8 @@ def nodes(context: LaunchContext) -> list[Node]:
     given = {name: LaunchConfiguration(name).perform(context) for name in (
         'params_file', 'hand_eye_file', 'namespace', 'use_sim_time', 'camera',
         'camera_settings_file', 'autostart', 'extruder', *TOPICS)}
+    if not given['namespace'].strip('/'):  # that of the commands
+        domain.expect_free()
     recorder = live_recorder(given['params_file'] or None)  # refuses without a nozzle offset
     parameters = [given['params_file']] if given['params_file'] else []
     parameters.append({'use_sim_time': given['use_sim_time'] == 'true'})

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import logging
 import os
 from pathlib import Path
-import shutil
 from typing import Any
 
 import cv2
@@ -103,8 +102,6 @@ def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
         provenance = provenance_of(recording)
         if (rows := finished(job, provenance.fingerprint)) is not None:
             return rows, False
-        for leftover in job.out.glob('.bpc-*'):  # of a process that was killed
-            shutil.rmtree(leftover, ignore_errors=True)
         with replacing(job.out) as folder:
             results = PrintResults(folder, provenance, Wanted(), capture_count(recording.bag),
                                    lambda: held.texts)

@@ -6,6 +6,7 @@ Typer makes options, types and help from the signatures of the functions.
 from __future__ import annotations
 
 import atexit
+from contextlib import suppress
 from importlib.metadata import entry_points
 import logging
 import sys
@@ -74,5 +75,6 @@ def main() -> None:
 
 def refuse(reason: str) -> NoReturn:
     """End the command with this reason as one line on stderr."""
-    print(' '.join(reason.splitlines()), file=sys.stderr)
+    with suppress(OSError):  # nobody reads it, and the status tells as well
+        print(' '.join(reason.splitlines()), file=sys.stderr)
     sys.exit(REFUSED)

@@ -13,12 +13,15 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 import typer
 
+from bpc_perception.claims import domain
+from bpc_perception.claims.holder import described
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption
 from bpc_perception.cli.parts.preflight import (
     FAIL,
     Finding,
     judge_calibration,
     judge_disk,
+    judge_domain,
     judge_target,
     judge_transport,
     OK,
@@ -91,7 +94,9 @@ def settings_findings(hand_eye: Path, parameters: Path | None) -> Iterator[Findi
 
 
 def computer_findings() -> Iterator[Finding]:
-    """Yield what is good or bad about middleware, shared memory and disk of this computer."""
+    """Yield what is good or bad about this computer: domain, middleware, shared memory, disk."""
+    holder = domain.holder()
+    yield judge_domain(domain.domain(), '' if holder is None else described(holder))
     shared_memory = shutil.disk_usage('/dev/shm').free  # noqa: S108 (no file is made there)
     yield from judge_transport(os.environ, shared_memory)
     yield judge_disk(str(Path.cwd()), shutil.disk_usage(Path.cwd()).free)
@@ -103,7 +108,8 @@ def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: boo
 
     See RigListener for the other arguments.
     """
-    rclpy.init(args=[])  # not the arguments of the command, where := means a remapping, too
+    # Not the arguments of the command, where := means a remapping, too. It needs no log.
+    rclpy.init(args=['--ros-args', '--disable-external-lib-logs'])
     node = rclpy.create_node('bpc_check')
     try:
         listener = RigListener(node, recorder, others, camera)

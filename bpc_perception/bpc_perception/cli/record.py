@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from bpc_perception.cli.parts.options import JsonOption, QuietOption, RemapOption
+from bpc_perception.cli.parts.patient_output import patient_output
 from bpc_perception.cli.parts.saved_prints import recorder_settings
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.files.hand_eye_file import load_hand_eye
@@ -76,7 +77,7 @@ def record(
 
     level = ['--log-level', 'warn'] if quiet or json_lines else []
     sys.argv = [sys.argv[0], *ros_arguments(settings, others), *level]
-    with terminal.view():
+    with patient_output(), terminal.view():
         on_progress = RecordingView(terminal, out).on_progress if terminal.lively else None
         bag_recorder.main(on_progress)
     if json_lines:

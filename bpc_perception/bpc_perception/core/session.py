@@ -181,6 +181,9 @@ class Session:
         try:
             profile = measure(capture, path, T_base_camera, self.config, number, self._memory)
             advice = self._advisor.advise(profile, path, self.config.advice)
+            warnings = (profile.off_path(self.config.maximum_offset), self._memory.ground.warning,
+                        overexposed(capture, T_base_camera, profile),
+                        self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         except MeasurementError as error:
             return Result(capture, T_base_camera, refusal=str(error))
         except Exception as error:  # a defect of ours must not end a print's feedback
@@ -188,9 +191,6 @@ class Session:
             return Result(capture, T_base_camera,
                           refusal=f'measurement: expected a result, found {error!r}')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
-        warnings = (profile.off_path(self.config.maximum_offset), self._memory.ground.warning,
-                    overexposed(capture, T_base_camera, profile),
-                    self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         return Result(capture, T_base_camera, profile, advice,
                       warning='; '.join(filter(None, warnings)))
 

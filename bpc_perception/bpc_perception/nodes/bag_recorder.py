@@ -6,21 +6,20 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from math import inf
+from operator import methodcaller
 from pathlib import Path
 import shutil
 import sys
-import time
 from typing import Any
 
 from rclpy.node import Node
 
 from bpc_interfaces.msg import DepositionPathUpdate
-from bpc_perception.core.capture.pairing import StampPairer
 from bpc_perception.core.config import BagRecorderConfig
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import print_id_in
-from bpc_perception.messages.stamps import stamp_in
+from bpc_perception.nodes.parts.recording_watch import RecordingWatch
 from bpc_perception.recording.bag_writer import BagWriter, begin_recording
 from bpc_perception.recording.inputs import kept_beside
 from bpc_perception.recording.print_bags import PrintBags
@@ -33,11 +32,6 @@ from bpc_perception.runtime.run import run
 FLUSH_PERIOD_S = 0.1  # a killed recorder loses this much, and what it had not received yet
 BYTES_PER_GB = 1e9
 PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is still in its place
-TORN = ('captures that are not recorded whole: expected image and cloud of each, found part of '
-        'them; take fewer captures a second, or a region of each')
-TORN_PATIENCE_NS = 2 * 10**9  # between the first and the last topic of a capture
-MOST_INCOMPLETE = 100  # captures: as many camera infos may come ahead of what is large
-MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is missing
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
        topics.LBR_STATE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
        topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS,
@@ -66,18 +60,16 @@ class BagRecorderNode(Node):
         self.failure = ''
         self._on_progress = on_progress
         self._diagnostics = Diagnostics(self)
-        self._first_capture = inf  # [s], steady
-        self._camera, self._info, self._path = map(
-            self.resolve_topic_name, (topics.IMAGE, topics.CAMERA_INFO, topics.PATH))
-        self._captures = tuple(map(self.resolve_topic_name, topics.CAMERA))
-        self._pairer: StampPairer[None] = StampPairer(self._captures, MOST_INCOMPLETE)
+        self._path = self.resolve_topic_name(topics.PATH)
+        captures = {name: self.resolve_topic_name(name) for name in topics.CAMERA}
         recorded = topics.CAMERA | topics.PRINT | topics.ROBOT | topics.RESULTS
         poses = FlangePoses(config.pose, '')
         needed = {topics.EXTRUSION}  # a recording is measured from these and its captures
         if config.pose.source != 'tf':  # poses of tf are not recorded, but the path is
             recorded[poses.topic] = poses.message_class
             needed.add(poses.topic)
-        self._missing = {self.resolve_topic_name(name) for name in needed}
+        self._watch = RecordingWatch(self._diagnostics, captures,
+                                     set(map(self.resolve_topic_name, needed)))
         for name, kind in recorded.items():
             self.create_subscription(
                 kind, name, partial(self._write, self.resolve_topic_name(name)),
@@ -91,7 +83,7 @@ class BagRecorderNode(Node):
         if config.prints:
             inputs = set(map(self.resolve_topic_name, recorded.keys() - topics.RESULTS.keys()))
             self._bag = self._prints = PrintBags(
-                Path(config.prints), types, inputs, self._captures, beside)
+                Path(config.prints), types, inputs, captures.values(), beside)
             self.create_subscription(
                 DepositionPathUpdate, topics.PATH_UPDATE, partial(self._on_update, self._prints),
                 topics.PATH_UPDATE_QOS)
@@ -125,11 +117,7 @@ class BagRecorderNode(Node):
             self._diagnostics.refuse(self.failure)  # so each lost message is counted
         else:
             self._diagnostics.count(topic)
-        self._missing.discard(topic)
-        if topic in self._captures:
-            self._pairer.add(topic, stamp_in(data), None, time.monotonic_ns())
-        if topic == self._camera:
-            self._first_capture = min(self._first_capture, time.monotonic())
+        self._watch.heard(topic, data)
 
     def _flush(self) -> None:
         try:
@@ -142,28 +130,16 @@ class BagRecorderNode(Node):
         elif self._on_progress is not None:
             with suppress(OSError):  # the terminal is gone, or the disk that it asks about
                 self._on_progress(*self._bag.written)
-        self._warn_of_missing_inputs()
-        self._count_torn_captures()
-
-    def _count_torn_captures(self) -> None:
-        """Count captures of which the camera info came, which always does, but not all else."""
-        for lacking in self._pairer.expired(time.monotonic_ns() - TORN_PATIENCE_NS):
-            if self._info not in lacking:
-                self._diagnostics.refuse(TORN)
-
-    def _warn_of_missing_inputs(self) -> None:
-        if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:
-            self._diagnostics.warn(
-                f'{" and ".join(sorted(self._missing))}: expected messages beside the captures, '
-                'found none; without them the recording cannot be measured')
-            self._missing.clear()
+        self._watch.check()
 
     def _check_place(self) -> None:
         if not (self.failure or self._bag.in_place):
             self._diagnostics.warn(f'{self._bag.path}: expected the recording there, '
                                    'found it moved or removed')
         if self._prints is not None and self._prints.print_id and not self.failure:
-            free = shutil.disk_usage(self._prints.path).free / BYTES_PER_GB
+            free = inf  # where nobody can tell
+            with suppress(OSError):
+                free = shutil.disk_usage(self._prints.path).free / BYTES_PER_GB
             if free < self._config.least_free:
                 self.failure = (f'not recorded: expected {self._config.least_free:g} GB free at '
                                 f'{self._prints.path}, found {free:.1f}')
@@ -173,14 +149,17 @@ class BagRecorderNode(Node):
         self.failure = (f'{what}: expected to write {self._bag.path}, found: '
                         f'{error.strerror or error}')
 
-    def destroy_node(self) -> None:
-        """Complete the bag as well."""
+    def complete(self) -> None:
+        """Complete the bag."""
         try:
             self._bag.close()
         except OSError as error:
             self._fail(error, 'not completed')
-        finally:
-            super().destroy_node()
+
+    def destroy_node(self) -> None:
+        """Complete the bag as well."""
+        self.complete()
+        super().destroy_node()
 
 
 def main(on_progress: Callable[[dict[str, int], int], None] | None = None) -> None:
@@ -191,7 +170,7 @@ def main(on_progress: Callable[[dict[str, int], int], None] | None = None) -> No
         made.append(BagRecorderNode(on_progress))
         return made[0]
 
-    run(bag_recorder, large_messages=True, fast_streams=True)
+    run(bag_recorder, large_messages=True, fast_streams=True, complete=methodcaller('complete'))
     if made and made[0].failure:
         print(f'bag_recorder: {made[0].failure}', file=sys.stderr)
         sys.exit(REFUSED)

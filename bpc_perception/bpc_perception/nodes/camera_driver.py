@@ -16,6 +16,7 @@ from bpc_perception.drivers.cameras import Camera, CameraError, prepare_camera, 
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages, snr_to_message
 from bpc_perception.runtime.clock import steady_clock
+from bpc_perception.runtime.diagnostics import in_words
 from bpc_perception.runtime.managed_node import ACTIVE, ManagedNode
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.process import limit_cpu_use
@@ -108,9 +109,9 @@ class CameraDriverNode(ManagedNode):
         """Take and publish a capture; return why not, or an empty string."""
         try:
             capture = crop(camera.capture(now_ns), self._config.value.region)
-        except (CameraError, ValueError) as error:
-            self._diagnostics.refuse(error)
-            return str(error)
+        except (CameraError, ValueError, MemoryError) as error:
+            self._diagnostics.refuse(in_words(error))
+            return in_words(error)
         finally:
             self._describe(camera)
         self._diagnostics.count('captures')

@@ -21,6 +21,7 @@ from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.nodes.parts.path_publisher import PathPublisher
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
 from bpc_perception.nodes.parts.print_journal import PrintJournal
+from bpc_perception.nodes.parts.single_source import subscribe_single_source
 from bpc_perception.recording.atomic import atomic_bag, inside
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
 from bpc_perception.runtime.diagnostics import Diagnostics
@@ -46,8 +47,8 @@ class PathRecorderNode(Node):
         self._resume()
         subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
                         self._diagnostics, self._on_pose)
-        self.create_subscription(ExtrusionState, topics.EXTRUSION, self._on_extruder,
-                                 topics.EXTRUSION_QOS)
+        subscribe_single_source(self, ExtrusionState, topics.EXTRUSION, self._on_extruder,
+                                topics.EXTRUSION_QOS, self._diagnostics)
         for name, answer in (('start', self._start), ('stop', self._stop),
                              ('clear', self._clear), ('save', self._save)):
             self.create_service(Trigger, f'~/{name}', answer)

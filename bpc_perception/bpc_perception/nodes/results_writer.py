@@ -34,7 +34,7 @@ from bpc_perception.recording.print_folder import RECORDING
 from bpc_perception.report.live_results import LiveResults, seen
 from bpc_perception.report.provenance import live_provenance
 from bpc_perception.runtime.clock import steady_clock
-from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.diagnostics import Diagnostics, in_words
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
@@ -115,8 +115,8 @@ class ResultsWriterNode(Node):
                 return
             try:
                 self._add(stamp_ns, self._camera)
-            except ValueError as error:  # also what does not convert
-                self._diagnostics.refuse(error)
+            except (ValueError, MemoryError) as error:  # also what does not convert
+                self._diagnostics.refuse(in_words(error))
             for waiting in (self._profiles, self._advice, self._images):
                 for older in [each for each in waiting if each <= stamp_ns]:
                     del waiting[older]
@@ -147,9 +147,9 @@ class ResultsWriterNode(Node):
                 self._results.folder / RECORDING, Path(self._config.hand_eye_file),
                 self._thickness, self._recorder))
             self._diagnostics.count('times written')
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, MemoryError) as error:
             self._diagnostics.refuse(f'results: expected to write {self._results.folder}, '
-                                     f'found: {error}')
+                                     f'found: {in_words(error)}')
         self._written = time.monotonic()
 
     def finish(self) -> None:
@@ -162,7 +162,7 @@ class ResultsWriterNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run(ResultsWriterNode, large_messages=True, on_purpose=ResultsWriterNode.finish)
+    run(ResultsWriterNode, large_messages=True, complete=ResultsWriterNode.finish)
 
 
 if __name__ == '__main__':

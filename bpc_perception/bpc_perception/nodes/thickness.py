@@ -27,9 +27,10 @@ from bpc_perception.messages.profile import profile_to_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.nodes.parts.single_source import subscribe_single_source
 from bpc_perception.nodes.parts.views import Views
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
-from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.diagnostics import Diagnostics, in_words
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
@@ -64,7 +65,8 @@ class ThicknessNode(Node):
         self._views = Views(self, self._frame)
         for name, kind in topics.CAMERA.items() if camera_topics else ():
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
-            self.create_subscription(kind, name, partial(self._on_camera, name), qos)
+            subscribe_single_source(self, kind, name, partial(self._on_camera, name), qos,
+                                    self._diagnostics)
         if not hand_eye.on_base:
             subscribe_poses(self, config.pose, config.base_frame, config.watch.maximum_lead,
                             self._diagnostics, self._on_pose)
@@ -77,8 +79,8 @@ class ThicknessNode(Node):
     def _on_camera(self, name: str, message: Any) -> None:
         try:
             capture = self._pairer.add(name, message, time.monotonic_ns())
-        except ConversionError as error:
-            self._diagnostics.refuse(error)
+        except (ConversionError, MemoryError) as error:
+            self._diagnostics.refuse(in_words(error))
             return
         if capture is not None:
             self._diagnostics.count(SKIPPED, self._pairer.overtaken(capture.stamp_ns))
@@ -127,7 +129,10 @@ class ThicknessNode(Node):
             self._profiles.publish(profile_to_message(result.profile, self._frame))
             self._advice.publish(advice_to_message(result.advice))
             self._diagnostics.count('profiles')
-            self._views.publish(result)
+            try:
+                self._views.publish(result)
+            except MemoryError as error:
+                self._diagnostics.refuse(in_words(error))
             if result.warning:
                 self._diagnostics.warn(result.warning)
         self._keep_setup()

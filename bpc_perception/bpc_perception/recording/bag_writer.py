@@ -150,7 +150,9 @@ class BagWriter:
             raise
 
     def close(self) -> None:
-        """Complete the file and describe it in metadata.yaml, unless it is torn."""
+        """Complete the file and describe it in metadata.yaml, unless it is torn or complete."""
+        if self._stream.closed:
+            return
         if self._torn:
             with suppress(OSError):
                 self._stream.close()

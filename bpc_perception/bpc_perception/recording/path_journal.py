@@ -28,6 +28,7 @@ from bpc_perception.messages.types import message_definition
 from bpc_perception.recording.bag import Bag, BagError
 from bpc_perception.recording.storage import mcap_file
 
+NO_HOME = '/nonexistent'  # as Debian has it for users without one
 TOPIC = f'/{topics.PATH_UPDATE}'
 SETTINGS = 'path_recorder'  # name of the metadata record
 # Prefixes of the parameters on which the points of a path depend.
@@ -44,9 +45,13 @@ class OtherSettingsError(ValueError):
 def default_folder(namespace: str = '') -> Path:
     """Return the folder for a user's running prints [XDG Base Directory Specification].
 
-    Each namespace of each ROS domain has its own folder.
+    Each namespace of each ROS domain has its own folder. A user without a home has one that cannot
+    be written to.
     """
-    home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
+    try:
+        home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
+    except RuntimeError:
+        home = NO_HOME
     return Path(home, 'bpc', f'domain_{os.environ.get("ROS_DOMAIN_ID") or 0}',
                 *namespace.strip('/').split('/'))
 
@@ -113,7 +118,8 @@ class PathJournal:
         if path.print_id == self._given_up or not self._has_news(path, now_ns):
             return
         try:
-            if path.print_id != self._print_id or self._records >= MOST_RECORDS:
+            if (path.print_id != self._print_id or self._records >= MOST_RECORDS
+                    or not self._in_place()):
                 self._begin(path)
             self._write(path, now_ns)
         except OSError:
@@ -121,6 +127,14 @@ class PathJournal:
             with suppress(OSError):  # the first error tells more
                 self.remove()
             raise
+
+    def _in_place(self) -> bool:
+        """Return whether the file is still found, and was not removed with its folder."""
+        assert self._stream is not None
+        try:
+            return os.path.samestat(self._file.stat(), os.fstat(self._stream.fileno()))
+        except FileNotFoundError:
+            return False
 
     def _has_news(self, path: GrowingPath, now_ns: int) -> bool:
         if path.print_id != self._print_id:
@@ -145,6 +159,7 @@ class PathJournal:
     def _begin(self, path: GrowingPath) -> None:
         """Begin a new file, which replaces the old one once it has its first record."""
         self.close()
+        self._file.parent.mkdir(parents=True, exist_ok=True)  # somebody may have removed it
         self._stream = self._file.with_suffix('.tmp').open('wb', buffering=0)
         self._writer = Writer(self._stream, use_chunking=False)
         self._writer.start(Profile.ROS2, library='bpc')

@@ -12,6 +12,8 @@ import shutil
 import tempfile
 from typing import Any
 
+from bpc_perception.claims.folder import FolderClaim
+
 SUMMARY = 'summary.json'
 # What a result consists of. Other files in its folder belong to someone else, and stay.
 OURS = re.compile(r'profile\.csv|summary\.json|report\.html|figures|capture_\d{4,}|print_\d+')
@@ -62,15 +64,19 @@ def replacing(folder: Path) -> Iterator[Path]:
     """Give the block an empty folder whose content then replaces what a result has in ``folder``.
 
     Nothing is changed if the block raises an exception. The summary is moved last: where it is
-    new, all the rest is in place.
+    new, all the rest is in place. What a process that was killed left unfinished is removed.
 
-    Raises OSError if the folder cannot be written to.
+    Raises OSError if the folder cannot be written to, HeldError if another process does that now.
     """
     made = [path for path in (folder, *folder.absolute().parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as undo, tempfile.TemporaryDirectory(prefix='.bpc-', dir=folder) as new:
+    with ExitStack() as undo:
         for path in reversed(made):
             undo.callback(_remove_if_empty, path)
+        undo.enter_context(FolderClaim(folder, 'write results there'))
+        for leftover in folder.glob('.bpc-*'):
+            shutil.rmtree(leftover, ignore_errors=True)
+        new = undo.enter_context(tempfile.TemporaryDirectory(prefix='.bpc-', dir=folder))
         yield Path(new)
         (folder / SUMMARY).unlink(missing_ok=True)  # from here on it is no result
         for path in list(folder.iterdir()):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+import logging
 import os
 from pathlib import Path
 import subprocess
@@ -14,6 +15,7 @@ import time
 from types import TracebackType
 from typing import Any
 
+from bpc_perception.claims import domain
 from bpc_perception.runtime.process import HEARTBEAT_VARIABLE, PARENT_VARIABLE
 from bpc_perception.runtime.ros_arguments import ros_arguments
 from bpc_perception.runtime.transport import shared_memory
@@ -23,6 +25,9 @@ END_PATIENCE_S = 1.5  # for all nodes together, unless they write files
 KILL_PATIENCE_S = 1.0  # for each; a process that waits in the kernel for a device may not end
 # Only these get the profile for captures: a process with it takes the shared memory at its start.
 CAPTURE_PUBLISHERS = ('camera_driver', 'composed')
+LONGEST_LAST_WORDS_BYTES = 4096
+
+logger = logging.getLogger(__name__)
 
 
 class NodeError(ValueError):
@@ -48,29 +53,35 @@ class Nodes:
         self._parameter_file = parameter_file
         self._remappings = dict(remappings or {})
         self._parameters = dict(parameters or {})
-        self._logs = Path(os.environ.get('ROS_LOG_DIR') or tempfile.gettempdir())
-        self._logs.mkdir(parents=True, exist_ok=True)
         self._children: dict[str, _Child] = {}  # in the order of their first start
 
     def start(self, module: str, **parameters: Any) -> None:
-        """Run ``python -m module`` with these parameters, which win over those common to all."""
+        """Run ``python -m module`` with these parameters, which win over those common to all.
+
+        Raises OSError if there can be no other process; then all is as before.
+        """
         name = module.rpartition('.')[2]
-        handle, log = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=self._logs)
+        handle, log = _open_log(name)
         read_end, write_end = os.pipe()
         os.set_blocking(read_end, False)
         environment = with_profile(os.environ, captures=name in CAPTURE_PUBLISHERS) | {
             PARENT_VARIABLE: str(os.getpid()), HEARTBEAT_VARIABLE: str(write_end)}
+        try:
+            # The node gets its own session: Ctrl-C reaches only us, and we end the nodes in order.
+            process = subprocess.Popen(
+                [sys.executable, '-m', module, *ros_arguments(
+                    self._parameters | parameters, self._remappings, self._parameter_file)],
+                stdin=subprocess.DEVNULL, stdout=handle, stderr=handle, start_new_session=True,
+                env=environment, pass_fds=(write_end, *domain.descriptors()))
+        except OSError:
+            os.close(handle)
+            os.close(read_end)
+            raise
+        finally:
+            os.close(write_end)
         if name in self._children:
-            self._children[name].close_heartbeat()
-        # The node gets its own session: Ctrl-C reaches only us, and we end the nodes in order.
-        process = subprocess.Popen(
-            [sys.executable, '-m', module, *ros_arguments(
-                self._parameters | parameters, self._remappings, self._parameter_file)],
-            stdin=subprocess.DEVNULL, stdout=handle, stderr=handle, start_new_session=True,
-            env=environment, pass_fds=(write_end,))
-        self._children[name] = _Child(module, parameters, process, Path(log), read_end)
-        os.close(handle)
-        os.close(write_end)
+            self._children[name].close()
+        self._children[name] = _Child(module, parameters, process, handle, log, read_end)
 
     def start_again(self, name: str) -> None:
         """Start an ended node again with the same parameters; its old log stays."""
@@ -112,7 +123,7 @@ class Nodes:
 
     def end_of(self, name: str) -> str:
         """Return how a node ended, with its last words."""
-        words = self._children[name].log.read_text(errors='replace').strip().splitlines()
+        words = self._children[name].last_words()
         return f'ended with status {self.status(name)}: {words[-1] if words else "no output"}'
 
     def silence(self, name: str) -> tuple[float, bool]:
@@ -138,7 +149,9 @@ class Nodes:
         shared_memory.clean(settled=0.0, among=used)
         if error is None or kind is KeyboardInterrupt:
             for child in self._children.values():
-                child.log.unlink(missing_ok=True)
+                child.remove_log()
+        for child in self._children.values():
+            child.close()
 
     def _end_all(self) -> set[str]:
         """End all processes; return the names of the shared memory that they used."""
@@ -154,7 +167,6 @@ class Nodes:
             except subprocess.TimeoutExpired:
                 used |= shared_memory.used_by(child.process.pid)
                 child.kill()
-            child.close_heartbeat()
         return used
 
 
@@ -165,7 +177,8 @@ class _Child:
     Attributes:
         module, parameters: what was started.
         process: the process.
-        log: the file with its output.
+        output: descriptor of the file with its output.
+        log: where that file is; None = in memory alone.
         heartbeat: the pipe from which its signs of life are read; None = closed.
         started: time of its start [s], steady.
         beats: time of the last sign of life of each node in it [s], steady.
@@ -174,7 +187,8 @@ class _Child:
     module: str
     parameters: Mapping[str, Any]
     process: subprocess.Popen[bytes]
-    log: Path
+    output: int
+    log: Path | None
     heartbeat: int | None
     started: float = field(default_factory=time.monotonic)
     beats: dict[bytes, float] = field(default_factory=dict)
@@ -192,7 +206,43 @@ class _Child:
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(KILL_PATIENCE_S)
 
-    def close_heartbeat(self) -> None:
+    def last_words(self) -> list[str]:
+        """Return the last lines of its output, even of a file that was removed."""
+        size = os.fstat(self.output).st_size
+        words = os.pread(self.output, LONGEST_LAST_WORDS_BYTES,
+                         max(0, size - LONGEST_LAST_WORDS_BYTES))
+        return words.decode(errors='replace').strip().splitlines()
+
+    def remove_log(self) -> None:
+        if self.log is not None:
+            with suppress(OSError):  # somebody has removed it, or nobody may
+                self.log.unlink()
+
+    def close(self) -> None:
         if self.heartbeat is not None:
             os.close(self.heartbeat)
+            os.close(self.output)
             self.heartbeat = None
+
+
+def _open_log(name: str) -> tuple[int, Path | None]:
+    """Return a new file for the output of a node, and where it is; None = in memory alone.
+
+    A node has to start also where there is no folder for its log, or no room in it.
+    """
+    for folder in _log_folders():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            handle, path = tempfile.mkstemp(prefix=f'{name}-', suffix='.log', dir=folder)
+        except OSError as error:
+            logger.warning('logs: expected to write into %s, found: %s', folder, error.strerror)
+        else:
+            return handle, Path(path)
+    return os.memfd_create(f'{name}.log'), None
+
+
+def _log_folders() -> Iterator[Path]:
+    if folder := os.environ.get('ROS_LOG_DIR'):
+        yield Path(folder)
+    with suppress(OSError):  # there is none
+        yield Path(tempfile.gettempdir())

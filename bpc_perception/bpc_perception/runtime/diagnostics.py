@@ -20,6 +20,13 @@ MEANINGS = {Level.STALE: 'expected messages, heard of none yet',
             Level.ERROR: 'expected messages, found lasting silence'}
 
 
+def in_words(error: Exception) -> str:
+    """Return an error as the reason of a refusal; one of memory has few words by itself."""
+    if isinstance(error, MemoryError):
+        return f'memory: expected enough for this, found no more: {error}'.removesuffix(': ')
+    return str(error)
+
+
 class Diagnostics:
     """Counts events and refusals of a node, watches its inputs, and publishes once a second.
 

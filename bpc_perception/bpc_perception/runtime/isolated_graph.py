@@ -37,15 +37,15 @@ def free_domain() -> Iterator[int]:
 
 
 class Graph:
-    """Nodes of one test, with their own context and executor."""
+    """Nodes of one test, with their own context and executor, which may be of another kind."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self, domain: int, executor: Callable[..., Any] | None = None) -> None:
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
 
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor = (executor or SingleThreadedExecutor)(context=self.context)
         self._nodes: list[Any] = []
         self._half_made = False  # whether a node refused to be made
 

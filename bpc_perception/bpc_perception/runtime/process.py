@@ -28,6 +28,7 @@ M_TRIM_THRESHOLD, M_TOP_PAD, M_MMAP_MAX, M_ARENA_MAX = -1, -2, -4, -8
 ALLOCATOR_OPTIONS = {M_MMAP_MAX: 0, M_TRIM_THRESHOLD: 2**31 - 1, M_TOP_PAD: 64 << 20,
                      M_ARENA_MAX: 1}
 ORPHAN_PATIENCE_S = 3.0  # for its own end, after that of its parent
+FILES_PATIENCE_S = 30.0  # the same for one that completes files, on a busy machine
 ORPHAN_CHECK_PERIOD_S = 0.5
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
@@ -45,8 +46,8 @@ def keep_memory() -> None:
             mallopt(option, value)
 
 
-def end_with_parent() -> bool:
-    """End when the parent process ends, even by SIGKILL; Linux only.
+def end_with_parent(patience: float = ORPHAN_PATIENCE_S) -> bool:
+    """End when the parent process ends, even by SIGKILL, ``patience`` [s] later; Linux only.
 
     Return whether the parent wants that.
     """
@@ -59,7 +60,7 @@ def end_with_parent() -> bool:
     prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != int(parent):  # it ended before
         raise SystemExit(1)
-    Thread(target=_end_orphaned, args=(int(parent),), daemon=True).start()
+    Thread(target=_end_orphaned, args=(int(parent), patience), daemon=True).start()
     return True
 
 
@@ -68,11 +69,11 @@ def orphaned() -> bool:
     return _parent is not None and os.getppid() != _parent
 
 
-def _end_orphaned(parent: int) -> None:
+def _end_orphaned(parent: int, patience: float) -> None:
     """Exit at once if SIGTERM was not enough: the middleware may hang in its shutdown."""
     while os.getppid() == parent:
         time.sleep(ORPHAN_CHECK_PERIOD_S)
-    time.sleep(ORPHAN_PATIENCE_S)
+    time.sleep(patience)
     os._exit(1)
 
 

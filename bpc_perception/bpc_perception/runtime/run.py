@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 import gc
 import logging
 import signal
@@ -20,9 +21,11 @@ from rclpy.signals import SignalHandlerOptions
 from bpc_perception.runtime.exit_status import DEFECT, REFUSED
 from bpc_perception.runtime.process import (
     end_with_parent,
+    FILES_PATIENCE_S,
     Heartbeat,
     keep_memory,
     open_heartbeat,
+    ORPHAN_PATIENCE_S,
     orphaned,
 )
 from bpc_perception.runtime.signals import end_in_time, ending_signals
@@ -59,7 +62,8 @@ class _Ending:
 
 
 def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = False,
-        fast_streams: bool = False, on_purpose: Callable[[Any], None] | None = None) -> None:
+        fast_streams: bool = False, on_purpose: Callable[[Any], None] | None = None,
+        complete: Callable[[Any], None] | None = None) -> None:
     """Spin a node until an ending signal; exit with 2 if it refuses to start.
 
     Several nodes have a thread each, so that none waits for the callbacks of another.
@@ -71,10 +75,12 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
             half the work.
         on_purpose: called with each node when someone ends it, unlike when it, or the process that
             started it, has crashed.
+        complete: called with each node at its end to complete its files, unless it has crashed
+            itself; may take FILES_PATIENCE_S.
     """
     if large_messages:
         keep_memory()
-    is_child = end_with_parent()
+    is_child = end_with_parent(ORPHAN_PATIENCE_S if complete is None else FILES_PATIENCE_S)
     pipe = open_heartbeat()
     # A signal is only noted, and looked at between callbacks. A KeyboardInterrupt aborts the
     # process when it comes out of C++ that takes no exceptions. The handlers of rclpy shut down
@@ -93,6 +99,9 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         if on_purpose is not None and not failures and not orphaned():
             for node in nodes:
                 on_purpose(node)
+        if complete is not None and not failures:
+            for node in nodes:
+                complete(node)
     finally:
         if is_child:  # others, such as a recorder, may take as long as their files need
             end_in_time()
@@ -115,7 +124,8 @@ def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
         with receive_profile(large_messages):
             made = make_node()
     except (ValueError, OSError, ParameterException) as error:
-        print(f'{make_node.__name__}: {error}', file=sys.stderr)
+        with suppress(OSError):  # no room for it; the status tells as well
+            print(f'{make_node.__name__}: {error}', file=sys.stderr)
     else:
         return [made] if isinstance(made, Node) else list(made)
     gc.collect()  # half-made nodes then leave the graph

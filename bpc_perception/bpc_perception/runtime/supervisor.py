@@ -75,9 +75,7 @@ class Supervisor:
     def _look_after(self, name: str, life: _Life, now: float) -> bytes:
         if life.dead:
             if not life.back_off.waiting(now):
-                life.dead = False
-                self._nodes.start_again(name)
-                shared_memory.clean()
+                self._start_again(name, life, now)
             return DiagnosticStatus.ERROR
         silence, spoke = self._nodes.silence(name)
         life.ran |= spoke
@@ -89,6 +87,16 @@ class Supervisor:
             self._record_death(name, life, f'hung for {silence:.0f} s', now)
             return DiagnosticStatus.ERROR
         return DiagnosticStatus.OK if spoke and silence <= QUIET_TIME_S else DiagnosticStatus.STALE
+
+    def _start_again(self, name: str, life: _Life, now: float) -> None:
+        try:
+            self._nodes.start_again(name)
+        except OSError as error:  # for instance too many processes; no fault of the node
+            life.back_off.failed(now)
+            life.cause = f'cannot be started: {error}'
+            return
+        life.dead = False
+        shared_memory.clean()
 
     def _record_death(self, name: str, life: _Life, cause: str, now: float) -> None:
         if self._nodes.status(name) == REFUSED and not life.ran:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import os
 from pathlib import Path
 import time
 from typing import Any
@@ -16,6 +17,7 @@ from bpc_perception.core.path.growing_path import GrowingPath
 
 pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
 from node_builders import BASE, extrusion, flange_pose, print_line, recorder_bench
 from rclpy.node import Node
 
@@ -26,8 +28,11 @@ from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.path_journal import PathJournal
+from bpc_perception.runtime.isolated_graph import Graph
+from bpc_perception.runtime.run import EventsExecutor
 
 pytestmark = pytest.mark.ros
+REFUSED = f'refused: {topics.POSE}'
 
 
 def test_poses_and_extruder_states_become_the_path_of_the_nozzle(graph: Any) -> None:
@@ -127,6 +132,30 @@ def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
     assert bench.diagnosed('refused: pose') == '3'
 
 
+@pytest.mark.parametrize('fast', [False, True])  # as run() chooses the executor
+def test_of_two_robots_on_one_topic_none_is_followed(ros_domain: int, fast: bool) -> None:
+    kind = EventsExecutor if fast and EventsExecutor is not None else None
+    graph = Graph(ros_domain, kind)
+    try:
+        bench = recorder_bench(graph, watch__warn_after=0.0)
+        other = graph.make(Node, 'other').create_publisher(
+            PoseStamped, topics.POSE, topics.POSE_QOS)
+        bench.until(other.get_subscription_count)
+        bench.send(topics.POSE, flange_pose(0.1), flange_pose(0.2))
+        bench.until(lambda: bench.diagnosed('poses') == '2')
+        for count in (1, 3, 5):  # less than a millimetre beside each other
+            other.publish(flange_pose(0.2 + count / 100))
+            bench.until(lambda count=count: bench.diagnosed(REFUSED) == str(count))
+            bench.send(topics.POSE, flange_pose(0.205 + count / 100))
+            bench.until(lambda count=count: bench.diagnosed(REFUSED) == str(count + 1))
+        assert bench.diagnosed('poses') == '2'
+        assert bench.diagnosed('last refusal') == (
+            f'{topics.POSE}: expected messages of one publisher, found those of two; end one of '
+            'them')
+    finally:
+        graph.close()
+
+
 def test_an_extruder_in_error_is_warned_of(graph: Any) -> None:
     bench = recorder_bench(graph, watch__warn_after=0.0)
     state = extrusion(0.1)
@@ -197,6 +226,16 @@ def test_a_folder_that_cannot_be_written_to_costs_no_print(graph: Any, tmp_path:
     bench = recorder_bench(graph, state_folder=str(tmp_path / 'file'))
     assert len(print_line(bench)[-1].x) > 100
     assert bench.diagnosed('refused: state_folder') == '1'
+
+
+def test_a_second_recorder_does_not_write_into_the_print_of_the_first(graph: Any,
+                                                                     tmp_path: Path) -> None:
+    first = recorder_bench(graph, state_folder=str(tmp_path))
+    with pytest.raises(ValueError, match=f'{tmp_path}: expected to be the only one to keep a '
+                                         f'running print there, found process {os.getpid()} '):
+        recorder_bench(graph, state_folder=str(tmp_path))
+    assert len(print_line(first)[-1].x) > 100
+    assert first.diagnosed('last refusal') == ''
 
 
 def test_a_print_left_off_with_another_nozzle_is_not_gone_on_with(graph: Any,

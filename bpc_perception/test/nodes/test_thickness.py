@@ -28,6 +28,7 @@ from node_builders import (
     STAMP_NS,
     thickness_bench,
 )
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from bpc_interfaces.msg import DepositionPathUpdate, RateAdvice, ThicknessProfile
@@ -122,6 +123,45 @@ def test_the_newest_of_captures_is_measured_and_the_others_are_counted(graph: An
     bench.until(lambda: bench.diagnosed('captures skipped for newer ones') == '2')
     assert bench.diagnosed('captures') == '3'
     assert bench.statuses[-1].level == DiagnosticStatus.OK
+
+
+def test_a_second_camera_is_not_measured_as_if_it_were_the_first(graph: Any,
+                                                                tmp_path: Path) -> None:
+    bench = thickness_bench(graph, tmp_path)
+    other = graph.make(Node, 'other')
+    cameras = [other.create_publisher(kind, name, topics.CAMERA_QOS)
+               for name, kind in topics.CAMERA.items()]
+    bench.until(lambda: all(camera.get_subscription_count() for camera in cameras))
+    bench.send(topics.PATH, BEAD_PATH)
+    bench.send_capture(STAMP_NS)
+    assert_profile_comes(bench, STAMP_NS)
+    for camera, message in zip(cameras, capture_to_messages(
+            capture_of(band_image(), STAMP_NS + SECOND)), strict=True):
+        camera.publish(message)
+    for name in topics.CAMERA:
+        bench.until(lambda name=name: bench.diagnosed(f'refused: {name}') == '1')
+    assert bench.diagnosed('captures') == '1'
+    assert 'expected messages of one publisher' in bench.diagnosed('last refusal')
+
+
+@pytest.mark.parametrize('place', [
+    'messages.capture_pairing.capture_from_messages', 'core.session.measure',
+    'core.session.overexposed', 'nodes.parts.views.Views.publish'])
+def test_without_memory_for_a_capture_it_is_refused_and_the_next_is_measured(
+        graph: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    def fail(*_: Any) -> None:
+        raise MemoryError('Unable to allocate 23.0 MiB')
+
+    bench = thickness_bench(graph, tmp_path)
+    bench.send(topics.PATH, BEAD_PATH)
+    with monkeypatch.context() as context:
+        context.setattr(f'bpc_perception.{place}', fail)
+        bench.send_capture(STAMP_NS)
+        bench.until(lambda: 'Unable to allocate 23.0 MiB' in bench.diagnosed('last refusal'))
+    profiles = bench.received[topics.PROFILE]
+    profiles.clear()
+    bench.send_capture(STAMP_NS + SECOND)
+    assert_profile_comes(bench, STAMP_NS + SECOND)
 
 
 def test_a_path_in_parts_is_as_good(graph: Any, tmp_path: Path) -> None:

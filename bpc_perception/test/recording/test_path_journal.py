@@ -8,6 +8,7 @@ from dataclasses import replace
 import os
 from pathlib import Path
 import resource
+import shutil
 import subprocess
 import sys
 
@@ -252,6 +253,24 @@ def test_on_a_full_disk_nothing_is_kept_and_that_is_said_once(tmp_path: Path) ->
         assert list(tmp_path.iterdir()) == []
         journal.take(other, START_NS + 3 * SECOND)  # there is room again
     assert_same(resumed(tmp_path, count=3), other.path())
+
+
+def test_a_folder_that_is_removed_is_made_again_with_the_whole_print(tmp_path: Path) -> None:
+    path = GrowingPath('print', START_NS)
+    with journal_in(tmp_path / 'state') as journal:
+        keep(journal, path, 1, 10)
+        shutil.rmtree(tmp_path / 'state')
+        keep(journal, path, 11, COUNT)
+    assert_same(resumed(tmp_path / 'state'), path.path())
+
+
+def test_a_user_without_a_home_has_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    def home() -> Path:
+        raise RuntimeError('Could not determine home directory.')
+
+    monkeypatch.delenv('XDG_STATE_HOME', raising=False)
+    monkeypatch.setattr(Path, 'home', home)
+    assert Path('/nonexistent') in default_folder().parents
 
 
 @contextmanager

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from report_prints import START_NS
 
+from bpc_perception.claims.holder import HeldError
 from bpc_perception.core.advice.rate_advice import Reason
 from bpc_perception.core.profile import Status
 from bpc_perception.report import outputs
 from bpc_perception.report.pages import report_page
 from bpc_perception.report.print_log import PrintLog
-from bpc_perception.report.result_folder import check_out, SUMMARY
+from bpc_perception.report.result_folder import check_out, replacing, SUMMARY
 from bpc_perception.report.summary import summarize
 
 NAMES = ['profile.csv', 'summary.json', 'report.html']
@@ -147,3 +148,21 @@ def test_the_folder_of_a_recording_is_no_place_for_other_results(tmp_path: Path,
     (tmp_path / SUMMARY).write_text('{"fingerprint": ""}')
     with pytest.raises(ValueError, match='expected a folder for results of their own'):
         check_out(tmp_path)
+
+
+def test_two_who_write_results_into_one_folder_never_mix_them(tmp_path: Path) -> None:
+    with replacing(tmp_path / 'out') as folder:
+        (folder / SUMMARY).write_text('of the first')
+        with (pytest.raises(HeldError, match='out: expected to be the only one to write results'),
+              replacing(tmp_path / 'out')):
+            pytest.fail('expected a refusal')
+    assert [file.name for file in (tmp_path / 'out').iterdir()] == [SUMMARY]
+    assert (tmp_path / 'out' / SUMMARY).read_text() == 'of the first'
+
+
+def test_what_a_killed_measurement_left_unfinished_is_removed(tmp_path: Path) -> None:
+    (tmp_path / '.bpc-left').mkdir()
+    (tmp_path / '.bpc-left' / 'profile.csv').touch()
+    with replacing(tmp_path) as folder:
+        (folder / SUMMARY).touch()
+    assert [file.name for file in tmp_path.iterdir()] == [SUMMARY]

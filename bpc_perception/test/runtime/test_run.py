@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +16,7 @@ pytest.importorskip('rclpy')
 from rclpy.node import Node
 
 from bpc_perception.messages import topics
+from bpc_perception.runtime.run import _make
 
 pytestmark = pytest.mark.ros
 
@@ -27,6 +29,20 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_exits_with_2() -> Non
     assert ended.returncode == 2
     line, = ended.stderr.splitlines()
     assert '/nowhere/camera.calib: expected a readable YAML file, found' in line
+
+
+def test_a_node_that_cannot_even_say_why_it_does_not_start_exits_with_2(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> Node:
+        raise ValueError('expected something else')
+
+    def full(_: str) -> None:
+        raise OSError('No space left on device')
+
+    monkeypatch.setattr(sys, 'stderr', SimpleNamespace(write=full))
+    with pytest.raises(SystemExit) as ended:
+        _make(refuse, large_messages=False)
+    assert ended.value.code == 2
 
 
 @pytest.mark.parametrize('numbers', [

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 import os
 from pathlib import Path
+import shutil
 import signal
 import subprocess
+import tempfile
 from types import SimpleNamespace
 from typing import Any
 
@@ -124,6 +126,48 @@ def test_a_killed_node_is_started_again_with_its_parameters(suite: Suite) -> Non
     assert Path(f'/proc/{suite.nodes.pid("lives")}/cmdline').read_bytes() == arguments
     words, = {each.message for each in suite.said if each.level == DiagnosticStatus.ERROR}
     assert words.startswith('ended with status -9: no output; it is started again')
+
+
+def test_a_node_is_started_again_where_no_log_can_be_written(
+        suite: Suite, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+        caplog: pytest.LogCaptureFixture) -> None:
+    suite.supervise('lives')
+    suite.until(lambda: suite.level('lives') == DiagnosticStatus.OK)
+    shutil.rmtree(tmp_path / 'logs')
+    (tmp_path / 'logs').touch()  # no folder
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path / 'logs'))
+    before = suite.nodes.pid('lives')
+    os.kill(before, signal.SIGKILL)
+    suite.until(lambda: suite.nodes.pid('lives') != before
+                and suite.level('lives') == DiagnosticStatus.OK)
+    suite.nodes.start('dies')
+    suite.until(lambda: suite.nodes.ended('dies'))
+    assert suite.nodes.end_of('dies') == 'ended with status 1: the last words'
+    words, = {record.getMessage() for record in caplog.records}  # held, it is said once
+    assert words == f'logs: expected to write into {tmp_path / "logs"}, found: File exists'
+
+
+def test_where_no_process_can_be_started_it_is_tried_again(
+        suite: Suite, monkeypatch: pytest.MonkeyPatch) -> None:
+    suite.supervise('lives')
+    suite.until(lambda: suite.level('lives') == DiagnosticStatus.OK)
+    before = suite.nodes.pid('lives')
+    left = [4]  # more than the deaths that end all
+    started = subprocess.Popen
+
+    def start(*given: Any, **more: Any) -> Any:
+        left[0] -= 1
+        if left[0] >= 0:
+            raise BlockingIOError('too many processes')
+        return started(*given, **more)
+
+    monkeypatch.setattr(supervisor.BackOff, 'waiting', lambda *_: 0.0)
+    monkeypatch.setattr(child_processes.subprocess, 'Popen', start)
+    os.kill(before, signal.SIGKILL)
+    suite.until(lambda: suite.nodes.pid('lives') != before
+                and suite.level('lives') == DiagnosticStatus.OK)
+    assert left == [-1]
+    assert suite._supervisor._lives['lives'].cause == 'cannot be started: too many processes'
 
 
 def test_three_deaths_end_it_all_and_name_the_cause(suite: Suite) -> None:

@@ -17,10 +17,11 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from bpc_interfaces.msg import ExtrusionState
+from bpc_interfaces.msg import DepositionPathUpdate, ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.nodes import bag_recorder
 from bpc_perception.nodes.bag_recorder import BagRecorderNode
+from bpc_perception.nodes.parts import recording_watch
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.bag_writer import BagWriter
 from bpc_perception.runtime.exit_status import REFUSED
@@ -88,7 +89,7 @@ def test_a_recorder_on_a_full_disk_stays_and_says_so(tmp_path: Path, ros_domain:
 
 def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int,
                                                  monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bag_recorder, 'MISSING_INPUT_PATIENCE_S', 0.3)
+    monkeypatch.setattr(recording_watch, 'MISSING_INPUT_PATIENCE_S', 0.3)
     graph = Graph(ros_domain)
     try:
         (tmp_path / 'cell.yaml').write_text('{}')
@@ -115,7 +116,7 @@ def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int
 
 def test_a_recorder_counts_captures_of_which_the_cloud_never_came(
         tmp_path: Path, ros_domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bag_recorder, 'TORN_PATIENCE_NS', 3 * 10**8)
+    monkeypatch.setattr(recording_watch, 'TORN_PATIENCE_NS', 3 * 10**8)
     graph = Graph(ros_domain)
     try:
         recorder = graph.make(BagRecorderNode, bag=str(tmp_path / 'bag'))
@@ -194,3 +195,29 @@ def test_a_recording_that_failed_is_no_success(monkeypatch: pytest.MonkeyPatch,
         bag_recorder.main()
     assert ended.value.code == REFUSED
     assert capsys.readouterr().err == 'bag_recorder: not completed: so it is\n'
+
+
+def test_a_recorder_of_prints_whose_folder_is_removed_lives_and_records_the_next_print(
+        tmp_path: Path, ros_domain: int) -> None:
+    prints = tmp_path / 'prints'
+    (tmp_path / 'cell.calib').write_text('{}')
+    graph = Graph(ros_domain)
+    try:
+        recorder = graph.make(BagRecorderNode, prints=str(prints),
+                              hand_eye_file=str(tmp_path / 'cell.calib'))
+
+        def begin(print_id: str) -> None:
+            update = DepositionPathUpdate()
+            update.path.print_id = print_id
+            recorder._on_update(recorder._prints, update)
+
+        begin('one')
+        shutil.rmtree(prints)
+        recorder._check_place()
+        assert 'found it moved or removed' in recorder._diagnostics._last_warning
+        for _ in range(2):  # the first one finds that it cannot complete the recording before
+            begin('two')
+        assert recorder.failure == ''
+        assert (prints / 'two' / 'recording' / 'hand_eye.calib').exists()
+    finally:
+        graph.close()

@@ -15,11 +15,20 @@ from typing import Any
 import pytest
 from std_srvs.srv import Trigger
 
+from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_sim.printer.settings import write_settings
-from bpc_system_tests.parts.command_line import command, OUTPUTS, PATIENCE_S, run, succeed
+from bpc_system_tests.parts.command_line import (
+    command,
+    OUTPUTS,
+    PATIENCE_S,
+    refusal,
+    run,
+    SAMPLE,
+    succeed,
+)
 from bpc_system_tests.parts.process_tree import alive, descendants
 from bpc_system_tests.parts.ros_graph import Listener, listening, own_domain
 
@@ -76,7 +85,9 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LivePrints]:
               command('live', '--handeye', settings.hand_eye, '--params', settings.parameters,
                       '--out', prints),
               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-              env=os.environ | {'XDG_STATE_HOME': str(folder)}) as process):
+              # Nothing can be written but the print.
+              env=os.environ | {'HOME': '/proc/nowhere', 'XDG_STATE_HOME': '/proc/nowhere',
+                                'ROS_LOG_DIR': '/proc/nowhere'}) as process):
         try:
             names = {'thickness', 'path_recorder', 'bag_recorder', 'results_writer'}
             listener.wait(lambda: names <= set(listener.node.get_node_names()), nodes)
@@ -97,6 +108,14 @@ def test_its_results_are_there_while_it_grows(live: LivePrints) -> None:
             if not file.name.startswith('.')} == {*OUTPUTS, 'recording'}
     known = live.captures(live.folder())
     live.wait(lambda: live.captures(live.folder()) > known)
+
+
+def test_nobody_begins_beside_it(live: LivePrints) -> None:
+    said = refusal('live', '--handeye', SAMPLE / 'hand_eye.calib', '--params',
+                   SAMPLE / 'params.yaml')
+    assert said.startswith(f'bpc: ROS domain {os.environ["ROS_DOMAIN_ID"]}: expected no other '
+                           f'suite in it, found process {live.process.pid} (bpc live --handeye')
+    assert live.process.poll() is None
 
 
 @pytest.mark.parametrize('module', ['results_writer', 'bag_recorder'])
@@ -129,9 +148,16 @@ def test_the_next_print_has_a_folder_of_its_own(live: LivePrints) -> None:
 
 def test_it_is_whole_after_live_was_killed(live: LivePrints) -> None:
     nodes = descendants([live.process.pid])
+    folder, known = live.folder(), len(live.listener.advice)
+    live.wait(lambda: len(live.listener.advice) > known)
+    newest_ns = stamp_to_ns(live.listener.advice[-1].header.stamp)
     live.process.kill()
     live.process.wait()
     live.wait(lambda: not any(map(alive, nodes)))
+    # What they keep they have completed.
+    assert (folder / 'recording' / 'metadata.yaml').exists()
+    captures = json.loads((folder / 'summary.json').read_text())['captures']
+    assert captures[-1]['stamp_ns'] >= newest_ns
     folders = sorted(folder for folder in live.prints.iterdir() if folder.is_dir())
     assert len(folders) == 2
     for folder in folders:

@@ -15,7 +15,9 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import RenderableType
 
 from bpc_interfaces.msg import RateAdvice as RateAdviceMsg, ThicknessProfile as ThicknessProfileMsg
+from bpc_perception.claims import domain
 from bpc_perception.cli.parts.live_view import view
+from bpc_perception.cli.parts.patient_output import patient_output
 from bpc_perception.cli.parts.recent_warnings import RecentWarnings
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal
@@ -187,8 +189,14 @@ class Monitor:
 def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]:
     """Run a monitor in this process's ROS graph; an ending signal ends the block quietly.
 
-    It keeps the newest ``keep`` results, or all of them.
+    It keeps the newest ``keep`` results, or all of them. Raises HeldError if another suite has
+    the ROS domain.
     """
+    with patient_output(), domain.claimed(terminal.say):
+        yield from _monitoring(terminal, keep)
+
+
+def _monitoring(terminal: Terminal, keep: int | None) -> Iterator[Monitor]:
     # The handlers only take note. Those of rclpy shut down under a running callback; those of
     # Python raise in the middle of a message, which comes out of rclpy like any other error.
     early: list[int] = []

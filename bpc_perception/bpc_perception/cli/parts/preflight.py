@@ -200,6 +200,14 @@ def judge_transport(environment: Mapping[str, str], shared_memory: float) -> Ite
     yield Finding(OK, 'discovery', f'{reach}, domain {environment.get("ROS_DOMAIN_ID", "0")}')
 
 
+def judge_domain(domain: str, holder: str) -> Finding:
+    """Judge whether a suite can begin in a ROS domain; ``holder`` has it, empty = nobody."""
+    if holder:
+        return Finding(FAIL, f'ROS domain {domain}', f'in use by {holder}',
+                       'stop it, or set ROS_DOMAIN_ID to another number')
+    return Finding(OK, f'ROS domain {domain}', 'no suite on this computer is in it')
+
+
 def judge_exposure(exposure: Exposure) -> Finding:
     """Judge how a picture is exposed."""
     found = (f'{exposure.clipped:.0%} of the picture is overexposed, the brightest of the rest '

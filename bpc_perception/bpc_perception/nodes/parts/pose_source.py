@@ -16,6 +16,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.pose import transform_to_matrix
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
+from bpc_perception.nodes.parts.single_source import subscribe_single_source
 from bpc_perception.runtime.clock import expect_not_ahead
 from bpc_perception.runtime.diagnostics import Diagnostics
 
@@ -53,8 +54,8 @@ def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, maximum_lea
                              'that the path is late by the delay of the network')
         take(stamp_ns, T_base_flange)
 
-    node.create_subscription(
-        poses.message_class, poses.topic, received, topics.POSE_QOS,
+    subscribe_single_source(
+        node, poses.message_class, poses.topic, received, topics.POSE_QOS, diagnostics,
         qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
 

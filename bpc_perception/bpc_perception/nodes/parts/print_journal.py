@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from bpc_perception.claims.folder import FolderClaim
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.path.growing_path import GrowingPath
 from bpc_perception.recording.path_journal import OtherSettingsError, PathJournal
@@ -17,6 +18,8 @@ class PrintJournal:
 
     What the disk refuses is refused on ``diagnostics``, and the node goes on without it. Without
     ``state_folder`` there is no journal, and nothing is kept.
+
+    Raises HeldError if another process keeps its print in that folder.
     """
 
     def __init__(self, config: RecorderConfig, diagnostics: Diagnostics) -> None:
@@ -24,9 +27,12 @@ class PrintJournal:
         self._resume = config.resume
         self._resume_within = config.resume_within
         self._journal: PathJournal | None = None
+        self._claim: FolderClaim | None = None
         if config.state_folder:
+            folder = Path(config.state_folder)
             with self._refusing('state_folder: expected one to write to'):
-                self._journal = PathJournal(Path(config.state_folder), config)
+                self._journal = PathJournal(folder, config)
+                self._claim = FolderClaim(folder, 'keep a running print there')
 
     def resume(self, now_ns: int) -> GrowingPath | None:
         """Return the print to go on with, as a rule one that ran when the node was killed.
@@ -60,6 +66,8 @@ class PrintJournal:
         """Close the file; what is in it stays."""
         if self._journal is not None:
             self._journal.close()
+        if self._claim is not None:
+            self._claim.release()
 
     @contextmanager
     def _refusing(self, expected: str) -> Iterator[None]:

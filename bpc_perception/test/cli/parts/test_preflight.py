@@ -14,6 +14,7 @@ from bpc_perception.cli.parts.preflight import (
     Heard,
     judge_calibration,
     judge_disk,
+    judge_domain,
     judge_exposure,
     judge_extruder,
     judge_target,
@@ -132,3 +133,10 @@ def test_how_a_picture_is_exposed_is_judged(clipped: float, bright: float, level
     assert (finding.level, finding.subject) == (level, 'exposure')
     assert f'{clipped:.0%} of the picture is overexposed' in finding.found
     assert todo in finding.todo
+
+
+def test_who_is_in_the_domain_already_is_named() -> None:
+    assert judge_domain('7', '').level == OK
+    taken = judge_domain('7', 'process 12 (bpc live)')
+    assert (taken.level, taken.found) == (FAIL, 'in use by process 12 (bpc live)')
+    assert 'ROS_DOMAIN_ID' in taken.todo

@@ -24,6 +24,7 @@ from bpc_perception.core.config import PathConfig
 from bpc_perception.core.extruder.sample import ExtruderSample
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
+from bpc_perception.core.path.print_id import print_id_of
 from bpc_perception.core.path.tracker import JumpError, PrintTracker
 
 RAW = PathConfig(smoothing_time=0)
@@ -114,6 +115,21 @@ def test_a_pause_shorter_than_that_does_not_stop_it() -> None:
     assert path is not None
     assert not path.finished
     assert path.time[-1] > 4
+
+
+def test_an_extruder_that_flaps_twenty_times_a_second_makes_one_print_of_short_strokes() -> None:
+    tracker = PrintTracker(PathConfig())
+    for number in range(4000):  # 100 s
+        tracker.add_extruder(ExtruderSample(at_ns(number / 40), number % 2 == 0, 1e-4, 1e-8))
+        tracker.add_pose(at_ns(number / 40), along_x(np.array([number / 40]))[0])
+    path = tracker.path()
+    assert path is not None
+    assert path.print_id == print_id_of(at_ns(0.0))
+    assert path.arc_length[-1] == pytest.approx(1.0, abs=0.01)
+    since, on = np.modf(path.time * 40 % 2)
+    inside = (since > 0.2) & (since < 0.8)
+    np.testing.assert_array_equal(path.extruding[inside], on[inside] == 0)
+    assert path.extruding[inside].sum() > 1000
 
 
 def test_an_extruder_silent_for_longer_than_that_has_stopped() -> None:

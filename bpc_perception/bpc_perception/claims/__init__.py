@@ -1,0 +1,1 @@
+"""What only one process may have at a time; a claim dies with the process that has it."""
