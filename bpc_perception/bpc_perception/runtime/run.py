@@ -83,7 +83,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
     numbers = ending_signals()
     for number in numbers:
         signal.signal(number, ending.ask)
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    _begin(make_node)
     nodes: list[Node] = []
     failures: list[Exception] = []
     try:
@@ -107,6 +107,17 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
     if failures:
         traceback.print_exception(failures[0])
         sys.exit(DEFECT)
+
+
+def _begin(make_node: Callable[[], object]) -> None:
+    """Begin with ROS; exit with REFUSED and the reason if its arguments cannot be read."""
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # as of a parameter file, with its line
+        found = ' '.join(str(error).split())
+        print(f'{make_node.__name__}: expected ROS arguments that can be read, found: {found}; '
+              'correct them, or the file that is named', file=sys.stderr)
+        sys.exit(REFUSED)
 
 
 def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -27,6 +28,20 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_exits_with_2() -> Non
     assert ended.returncode == 2
     line, = ended.stderr.splitlines()
     assert '/nowhere/camera.calib: expected a readable YAML file, found' in line
+
+
+def test_a_node_with_a_broken_parameter_file_names_it_with_line_in_one_line(
+        tmp_path: Path) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_text('path_recorder:\n  ros__parameters: [\n')
+    ended = subprocess.run(
+        [sys.executable, '-m', 'bpc_perception.nodes.path_recorder', '--ros-args',
+         '--params-file', str(file)], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 2
+    line, = [line for line in ended.stderr.splitlines() if '[rcl]' not in line]
+    assert line.startswith('PathRecorderNode: expected ROS arguments that can be read, found: ')
+    assert f'{file}' in line
+    assert 'line 2' in line
 
 
 @pytest.mark.parametrize('numbers', [
