@@ -24,7 +24,7 @@ from bpc_perception.recording.offline import measure_bag
 from bpc_perception.report.outputs import check_figures
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
-from bpc_perception.report.result_folder import check_out, replacing
+from bpc_perception.report.result_folder import check_out, check_recording, replacing
 from bpc_perception.runtime.ros_arguments import remappings
 
 
@@ -50,6 +50,7 @@ def measure(
     check_out(out)
     check_figures(figures)
     recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
+    check_recording(out, bag)
     expected, table = capture_count(recording.bag), ResultTable(terminal)
     with replacing(out) as folder:
         results = PrintResults(

@@ -23,6 +23,8 @@ from bpc_perception.recording import mcap_file
 from bpc_perception.recording.mcap_file import RawMessage
 from bpc_perception.recording.print_folder import recordings_in
 
+LARGEST_METADATA_BYTES = 10_000_000  # a thousand topics have one
+
 
 class BagError(ValueError):
     """A recording is not what was expected; the message names both."""
@@ -94,12 +96,18 @@ class Bag:
 
 def _storage_files(path: Path) -> list[Path]:
     if path.is_file() and path.suffix in ('.mcap', '.db3'):
+        listed = listed_files(path.parent)
+        # The reader of sqlite3 files reads what is listed, whatever it is asked for.
+        if path.suffix == '.db3' and listed and path.name not in {file.name for file in listed}:
+            raise BagError(f'{path}: expected a file that metadata.yaml lists, found '
+                           f'{", ".join(file.name for file in listed)} there; give it a folder '
+                           'of its own with its metadata.yaml')
         return [path]
     if not path.exists():
         raise BagError(f'{path}: expected a bag, found nothing there')
     if recordings := recordings_in(path):  # more than one after a crash
         return [file for recording in recordings for file in _storage_files(recording)]
-    files = _listed_files(path)
+    files = listed_files(path)
     if not files:
         files = sorted(path.glob('*.mcap'), key=lambda file: (len(file.name), file.name))  # 2, 10
         files += path.glob('*.db3')
@@ -112,10 +120,10 @@ def _storage_files(path: Path) -> list[Path]:
     return files
 
 
-def _listed_files(path: Path) -> list[Path]:
+def listed_files(path: Path) -> list[Path]:
     """Return the files that metadata.yaml lists, in its order, as far as they are there."""
     try:
-        content = read_yaml(path / 'metadata.yaml')
+        content = read_yaml(path / 'metadata.yaml', LARGEST_METADATA_BYTES, aliases=True)
         names = content['rosbag2_bagfile_information']['relative_file_paths']
         files = [path / Path(str(name)).name for name in names]
     except (FileError, LookupError, TypeError):

@@ -35,6 +35,22 @@ def check_out(folder: Path) -> None:
                          f'of bpc, found {foreign}')
 
 
+def check_recording(folder: Path, bag: Path) -> None:
+    """Raise ValueError if a folder has the result of another recording than this one.
+
+    Recordings in different folders may have equal names, and their results must not take the
+    place of each other.
+    """
+    try:
+        earlier = read_summary(folder)['bag']
+        same = not earlier or Path(earlier).resolve() == bag.resolve()
+    except (OSError, ValueError, LookupError, TypeError):
+        return  # none that can be told from another
+    if not same:
+        raise ValueError(f'{folder}: expected no results there but those of {bag}, found those '
+                         f'of {earlier}; name another folder with --out, or remove it')
+
+
 def read_summary(folder: Path) -> dict[str, Any]:
     """Return the summary of the result in a folder. Raises OSError, ValueError."""
     summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text('utf-8'))

@@ -480,6 +480,15 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
         Bag(file)
 
 
+def test_a_file_beside_a_sqlite_bag_is_not_taken_for_it(tmp_path: Path) -> None:
+    folder = sqlite_bag(tmp_path / 'bag')
+    file, = folder.glob('*.db3')
+    shutil.copy(file, folder / 'stray.db3')
+    with pytest.raises(BagError, match=r'stray\.db3: expected a file that metadata\.yaml lists'):
+        Bag(folder / 'stray.db3')
+    assert Bag(file).topics == Bag(folder).topics
+
+
 @pytest.mark.parametrize('name', ['metadata', 'database'])
 def test_a_damaged_sqlite_bag_is_refused(tmp_path: Path, name: str) -> None:
     folder = sqlite_bag(tmp_path / 'bag')
