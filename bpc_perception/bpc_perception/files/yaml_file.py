@@ -84,11 +84,9 @@ class PlainLoader(yaml.SafeLoader):
         """Compose one value with all that is in it."""
         event = self.peek_event()
         if isinstance(event, yaml.AliasEvent) and not self.aliases:
-            raise yaml.MarkedYAMLError(problem=f'an alias, *{event.anchor}',
-                                       problem_mark=event.start_mark)
+            raise _error(f'an alias, *{event.anchor}', event)
         if self._depth >= MOST_LEVELS:
-            raise yaml.MarkedYAMLError(problem=f'more than {MOST_LEVELS} levels',
-                                       problem_mark=event.start_mark)
+            raise _error(f'more than {MOST_LEVELS} levels', event)
         self._depth += 1
         try:
             return super().compose_node(parent, index)
@@ -102,9 +100,12 @@ class PlainLoader(yaml.SafeLoader):
         except yaml.MarkedYAMLError:
             raise
         except Exception as error:
-            raise yaml.constructor.ConstructorError(
-                problem=f'{getattr(node, "value", "")!r} as a value',
-                problem_mark=node.start_mark) from error  # type: ignore[arg-type]
+            raise _error(f'{node.value!r} as a value', node) from error
+
+
+def _error(problem: str, where: Any) -> yaml.MarkedYAMLError:
+    """Return an error at an event or a node."""
+    return yaml.MarkedYAMLError(problem=problem, problem_mark=where.start_mark)
 
 
 def _matrix(loader: PlainLoader, node: yaml.MappingNode) -> dict[Any, Any]:
