@@ -139,8 +139,9 @@ def calibrate(T_base_flange: Sequence[Array], sightings: Sequence[Sighting], on_
         raise CalibrationError(f'hand-eye: expected {FEWEST_CAPTURES} captures of the board or '
                                f'more, found {len(sightings)}')
     boards = [board_pose(sighting, use_cloud) for sighting in sightings]
-    pairs, others = (_PosePairs([invert(pose) if mount else pose for pose in T_base_flange], boards)
-                     for mount in (on_base, not on_base))
+    inverse = [invert(pose) for pose in T_base_flange]
+    pairs = _PosePairs(inverse if on_base else T_base_flange, boards)
+    others = _PosePairs(T_base_flange if on_base else inverse, boards)
     turn = second_turn(pairs.G)
     if turn < USELESS_TURN_RAD:
         raise CalibrationError(
@@ -221,7 +222,8 @@ def _expect_mount(on_base: bool, asked: Sequence[Solution], other: Sequence[Solu
 
     Args:
         on_base: how it is said to be mounted.
-        asked, other: solutions for this mount and for the other, the best first.
+        asked: solutions for this mount, the best first.
+        other: those for the other mount.
     """
     residual, other_residual = (each[0].rms[0] if each else np.inf for each in (asked, other))
     if residual <= MOUNT_FACTOR * other_residual:

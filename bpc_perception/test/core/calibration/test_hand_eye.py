@@ -57,8 +57,8 @@ def test_the_wrong_mount_is_refused_and_the_right_one_named(
     assert found.best.rms[0] < 10 * noise
     right, wrong = ('eye_on_base', 'eye_in_hand')[::1 if on_base else -1]
     with pytest.raises(CalibrationError, match=(
-            rf'^hand-eye: expected captures that fit {wrong}, found that they fit {right}, with '
-            rf'a residual of [\d.]+ mm instead of ([\d.]+ mm|no solution); give --mount {right}$')):
+            rf'^hand-eye: expected captures that fit {wrong}, found that they fit {right}, with a '
+            rf'residual of [\d.]+ mm instead of ([\d.]+ mm|no solution); give --mount {right}$')):
         calibrate(*seen(count, on_base, noise), not on_base, use_cloud=True)
 
 
