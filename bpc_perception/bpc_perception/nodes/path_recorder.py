@@ -104,6 +104,7 @@ class PathRecorderNode(Node):
     def _forget(self) -> None:
         self._tracker.clear()
         self._journal.forget()
+        self._publisher.clear(self.get_clock().now().nanoseconds)
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._tracker.start(self.get_clock().now().nanoseconds)

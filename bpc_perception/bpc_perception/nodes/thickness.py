@@ -11,12 +11,17 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import (
+    RateAdvice as RateAdviceMsg,
+    ThicknessProfile as ThicknessProfileMsg,
+)
+from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Session
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.setup_file import load_setup, save_setup
@@ -59,9 +64,11 @@ class ThicknessNode(Node):
         self._diagnostics = Diagnostics(self, watch=config.watch)
         self._diagnostics.expect(CAPTURES, paced=True)
         self._frame = config.base_frame
-        self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
-        self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+        self._profiles = self.create_publisher(
+            ThicknessProfileMsg, topics.PROFILE, topics.RESULT_QOS)
+        self._advice = self.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
         self._views = Views(self, self._frame)
+        self._told = False  # whether the last that was published is of a print
         for name, kind in topics.CAMERA.items() if camera_topics else ():
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
             self.create_subscription(kind, name, partial(self._on_camera, name), qos)
@@ -98,6 +105,9 @@ class ThicknessNode(Node):
                                      'reach, found it late, twice or a jump')
 
     def _on_path(self, path: DepositionPath) -> None:
+        if not path.print_id:  # it was cleared
+            self._forget_print()
+            return
         self._session.set_path(path)
         self._news.trigger()
 
@@ -126,6 +136,7 @@ class ThicknessNode(Node):
                 continue
             self._profiles.publish(profile_to_message(result.profile, self._frame))
             self._advice.publish(advice_to_message(result.advice))
+            self._told = True
             self._diagnostics.count('profiles')
             self._views.publish(result)
             if result.warning:
@@ -159,8 +170,18 @@ class ThicknessNode(Node):
     def _clear(self) -> None:
         self._handed_over.clear()
         self._path.clear()
-        self._session.clear()
         self._pairer.clear()
+        self._forget_print()
+
+    def _forget_print(self) -> None:
+        """Forget what was received of the print, and tell those who know of it."""
+        self._session.clear()
+        if self._told:
+            now_ns = self._now_ns()
+            self._profiles.publish(profile_to_message(ThicknessProfile.none(now_ns), self._frame))
+            self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
+            self._views.clear()
+            self._told = False
 
 
 def main() -> None:

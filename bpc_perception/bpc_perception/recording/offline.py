@@ -164,11 +164,18 @@ class _OfflineMeasurement:
         return self._tracker.add_extruder(state)
 
     def _take_path(self, message: Any, _: int) -> bool:
-        self._session.set_path(path_from_message(message))
+        path = path_from_message(message)
+        if path.print_id:
+            self._session.set_path(path)
+        else:  # it was cleared
+            self._session.clear()
         return True
 
     def _follow_path(self, message: Any, _: int) -> bool:
-        self._tracker.follow(path_from_message(message))
+        path = path_from_message(message)
+        self._tracker.follow(path)
+        if not path.print_id:  # it was cleared
+            self._session.clear()
         return True
 
     def _take_camera_message(self, name: str, message: Any, _: int) -> bool:

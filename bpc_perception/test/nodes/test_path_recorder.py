@@ -109,6 +109,24 @@ def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
     assert not bench.call('path_recorder/save').success
 
 
+def test_after_a_print_was_cleared_its_path_stands_no_longer(graph: Any) -> None:
+    bench = recorder_bench(graph)
+    viewed = bench.listen(topics.NAV_PATH, topics.RESULTS[topics.NAV_PATH], topics.PATH_QOS)
+    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.PATH_UPDATE_QOS)
+    paths = print_line(bench)
+    bench.until(lambda: viewed)
+    assert bench.call('path_recorder/clear').success
+    bench.until(lambda: not paths[-1].print_id and not updates[-1].path.print_id)
+    for message in (paths[-1], updates[-1].path):
+        assert (message.print_id, message.finished, len(message.x)) == ('', True, 0)
+    bench.until(lambda: not viewed[-1].poses)
+    late: list[Any] = []
+    graph.make(Node, 'late').create_subscription(
+        topics.RESULTS[topics.PATH], topics.PATH, late.append, topics.PATH_QOS)
+    bench.until(lambda: late)
+    assert late == [paths[-1]]
+
+
 def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
     bench = recorder_bench(graph, watch__warn_after=0.0)  # the inputs stop at once
     wrong_frame, not_a_number, good = flange_pose(0.2), flange_pose(0.3), flange_pose(0.4)

@@ -138,6 +138,10 @@ class Monitor:
         except ConversionError as error:
             self._warn(f'{self.node.get_name()}: {error}')
             return
+        if not profile.print_id:
+            self._shown = None
+            self._terminal.emit('cleared', 'The print was cleared: its advice holds no longer.')
+            return
         self.profiles[profile.stamp_ns] = profile
         if profile.print_id not in self.print_ids:
             self.print_ids.append(profile.print_id)
@@ -154,6 +158,8 @@ class Monitor:
             advice = advice_from_message(message)
         except ConversionError as error:
             self._warn(f'{self.node.get_name()}: {error}')
+            return
+        if not advice.print_id:
             return
         self.advice[advice.stamp_ns] = advice
         self._show(advice.stamp_ns)

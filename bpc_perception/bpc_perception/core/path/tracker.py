@@ -169,14 +169,15 @@ class PrintTracker:
         return stopped
 
     def follow(self, path: DepositionPath) -> None:
-        """Take from a path as it was recorded what the recorder was told: to start or to stop.
+        """Take from a path as it was recorded what the recorder was told: start, stop or clear.
 
         What it did by itself is not taken: that follows from poses and states.
         """
+        if not path.print_id:
+            self.clear()
+            return
         by_itself = any(sample.stamp_ns == path.start_ns and sample.extruding
                         for sample in self._states)
-        if not path.print_id:
-            return
         if self._print is None or path.start_ns > self._print.start_ns:
             if not by_itself:
                 self.start(path.start_ns)
