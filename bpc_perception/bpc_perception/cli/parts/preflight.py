@@ -81,7 +81,8 @@ def judge_topic(heard: Heard) -> Iterator[Finding]:
         yield obstacle
         return
     for problem in dict.fromkeys(heard.problems):
-        yield Finding(FAIL, heard.topic, problem, 'correct it at its source')
+        found, _, todo = problem.partition('; ')
+        yield Finding(FAIL, heard.topic, found, todo or 'correct it at its source')
     yield _judge_rate(heard)
     yield _judge_clock(heard)
 

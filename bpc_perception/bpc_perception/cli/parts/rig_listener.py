@@ -29,7 +29,7 @@ from bpc_perception.display.units import NS_PER_S, S_PER_NS
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import image_to_rgb
 from bpc_perception.messages.flange_poses import FlangePoses
-from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 
 # A message with a header begins with its stamp, behind 4 bytes of CDR.
 IMAGE_STEP = 4  # pixels, of which one is looked at
@@ -81,12 +81,13 @@ class RigListener:
 
     def _on_pose(self, heard: Heard, message: Any) -> None:
         now_ns = _note_arrival(heard)
+        stamp = getattr(getattr(message, 'header', None), 'stamp', None)
+        stamp_ns = None if stamp is None else stamp_to_ns(stamp)
         try:
             stamp_ns, _ = self._poses.read(message, now_ns)
-        except ConversionError as error:
+        except ConversionError as error:  # its clock can be judged all the same
             heard.problems.append(str(error))
-            return
-        if self._poses_have_stamps:
+        if self._poses_have_stamps and stamp_ns:
             heard.delays.append((now_ns - stamp_ns) * S_PER_NS)
 
     def _on_extruder(self, heard: Heard, message: Any) -> None:
