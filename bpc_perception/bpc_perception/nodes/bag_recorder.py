@@ -29,12 +29,13 @@ from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.exit_status import REFUSED
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.run import run
+from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint
 
 FLUSH_PERIOD_S = 0.1  # a killed recorder loses this much, and what it had not received yet
 BYTES_PER_GB = 1e9
 PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is still in its place
 TORN = ('captures that are not recorded whole: expected image and cloud of each, found part of '
-        'them; take fewer captures a second, or a region of each')
+        'them; take fewer captures a second, or a region of each; ')
 TORN_PATIENCE_NS = 2 * 10**9  # between the first and the last topic of a capture
 MOST_INCOMPLETE = 100  # captures: as many camera infos may come ahead of what is large
 MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is missing
@@ -149,7 +150,7 @@ class BagRecorderNode(Node):
         """Count captures of which the camera info came, which always does, but not all else."""
         for lacking in self._pairer.expired(time.monotonic_ns() - TORN_PATIENCE_NS):
             if self._info not in lacking:
-                self._diagnostics.refuse(TORN)
+                self._diagnostics.refuse(TORN + lost_captures_hint())
 
     def _warn_of_missing_inputs(self) -> None:
         if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:

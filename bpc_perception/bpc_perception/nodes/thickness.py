@@ -38,6 +38,7 @@ from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
+from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint
 
 SETUP = 'setup.json'  # in the state folder
 CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
@@ -161,7 +162,8 @@ class ThicknessNode(Node):
     def _check_waiting(self) -> None:
         self._news.trigger()
         patience_ns = round(self._config.value.patience * 1e9)
-        for problem in self._pairer.give_up(time.monotonic_ns() - patience_ns):
+        before_ns = time.monotonic_ns() - patience_ns
+        for problem in self._pairer.give_up(before_ns, lost_captures_hint()):
             self._diagnostics.refuse(problem)
 
     def _reconfigure(self, config: ThicknessConfig) -> None:

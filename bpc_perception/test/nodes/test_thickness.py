@@ -182,7 +182,10 @@ def test_an_image_without_cloud_is_given_up_after_a_while(graph: Any, tmp_path: 
     bench.send(topics.PATH, BEAD_PATH)
     image_only(bench)
     bench.until(lambda: bench.diagnosed('refused: capture') == '1')
-    assert bench.diagnosed('last refusal').endswith('found no points/xyzrgba')
+    refusal = bench.diagnosed('last refusal')
+    assert 'found no points/xyzrgba; they get lost where' in refusal
+    assert 'has too little shared memory' in refusal
+    assert refusal.endswith('transport.xml')
     bench.send_capture(STAMP_NS + SECOND)
     assert_profile_comes(bench, STAMP_NS + SECOND)
 
