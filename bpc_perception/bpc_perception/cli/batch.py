@@ -17,6 +17,7 @@ from bpc_perception.cli.parts.options import (
     RemapOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.ros_arguments import remappings
 
 NEEDED_PACKAGES = ('distributed', 'pyarrow')
@@ -85,5 +86,6 @@ def name_failures(rows: list[dict[str, Any]], terminal: Terminal) -> None:
         return
     terminal.say(f'{len(failed)} of {len(rows)} failed:')
     for row in failed:
-        terminal.say(f'  {row["bag"]}: exit status {row["exit_status"]}: {row["reason"]}')
+        terminal.say(f'  {one_line(row["bag"])}: exit status {row["exit_status"]}: '
+                     f'{one_line(row["reason"])}')
     raise typer.Exit(1)

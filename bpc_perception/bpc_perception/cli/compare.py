@@ -11,6 +11,7 @@ import typer
 
 from bpc_perception.cli.parts.options import JsonOption, QuietOption
 from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.report.comparison import cells, COLUMNS, load, rows
 from bpc_perception.report.pages import comparison_page
 
@@ -44,5 +45,6 @@ def table(print_rows: list[dict[str, object]]) -> Table:
     headings = ('print', *(column.heading for column in COLUMNS))
     made = Table(show_header=False)
     for line in zip(headings, *map(cells, print_rows), strict=True):
-        made.add_row(*map(escape, line))  # units are in brackets, which rich takes for markup
+        # Units are in brackets, which rich takes for markup.
+        made.add_row(*(escape(one_line(cell)) for cell in line))
     return made

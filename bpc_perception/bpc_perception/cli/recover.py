@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.recording import mcap_file
 from bpc_perception.recording.atomic import atomic_bag
 from bpc_perception.recording.bag import Bag, BagError
@@ -23,6 +24,7 @@ def recover(
 
     bpc reads torn recordings as they are; this is for programs that do not.
     """
+    terminal = Terminal()
     files = Bag(bag).files
     if any(file.suffix != '.mcap' for file in files):
         raise BagError(f'{bag}: expected a recording in MCAP files, found sqlite3')
@@ -31,8 +33,8 @@ def recover(
         if (files[0].parent / name).exists():
             shutil.copy(files[0].parent / name, out)
     for topic, count in counts.items():
-        print(f'{topic}: {count} messages')
-    print(out)
+        terminal.say(f'{topic}: {count} messages')
+    terminal.files([out])
 
 
 def copy_messages(files: list[Path], out: Path) -> Counter[str]:

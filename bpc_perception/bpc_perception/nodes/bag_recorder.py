@@ -17,6 +17,7 @@ from rclpy.node import Node
 from bpc_interfaces.msg import DepositionPathUpdate
 from bpc_perception.core.capture.pairing import StampPairer
 from bpc_perception.core.config import BagRecorderConfig
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import print_id_in
@@ -194,7 +195,7 @@ def main(on_progress: Callable[[dict[str, int], int], None] | None = None) -> No
 
     run(bag_recorder, large_messages=True, fast_streams=True)
     if made and made[0].failure:
-        print(f'bag_recorder: {made[0].failure}', file=sys.stderr)
+        print(f'bag_recorder: {one_line(made[0].failure)}', file=sys.stderr)
         sys.exit(REFUSED)
 
 

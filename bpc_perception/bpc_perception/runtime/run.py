@@ -17,6 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from bpc_perception.display.plain_text import one_line, printable
 from bpc_perception.runtime.exit_status import DEFECT, REFUSED
 from bpc_perception.runtime.process import (
     end_with_parent,
@@ -44,7 +45,7 @@ class RosLogHandler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Log a record at its level."""
         level = {logging.WARNING: 'warning', logging.ERROR: 'error'}.get(record.levelno, 'info')
-        getattr(self._logger, level)(record.getMessage())
+        getattr(self._logger, level)(printable(record.getMessage()))
 
 
 class _Ending:
@@ -114,7 +115,7 @@ def _begin(make_node: Callable[[], object]) -> None:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # as of a parameter file, with its line
-        found = ' '.join(str(error).split())
+        found = one_line(str(error))
         print(f'{make_node.__name__}: expected ROS arguments that can be read, found: {found}; '
               'correct them, or the file that is named', file=sys.stderr)
         sys.exit(REFUSED)
@@ -126,7 +127,7 @@ def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
         with receive_profile(large_messages):
             made = make_node()
     except (ValueError, OSError, ParameterException) as error:
-        print(f'{make_node.__name__}: {error}', file=sys.stderr)
+        print(f'{make_node.__name__}: {one_line(str(error))}', file=sys.stderr)
     else:
         return [made] if isinstance(made, Node) else list(made)
     gc.collect()  # half-made nodes then leave the graph

@@ -21,6 +21,7 @@ from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.profile import profile_from_message
@@ -186,7 +187,7 @@ class Monitor:
 
     def _warn(self, text: str) -> None:
         if self._warnings.add(text):
-            self._terminal.emit('diagnostic', f'  {text}', text=text)
+            self._terminal.emit('diagnostic', f'  {one_line(text)}', text=text)
 
 
 @contextmanager

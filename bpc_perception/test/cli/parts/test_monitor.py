@@ -79,3 +79,11 @@ def test_a_print_that_was_cleared_is_no_result(
     made._on_advice(advice_to_message(RateAdvice.none(5)))
     assert (made.profiles, made.advice, made.print_ids, made.warnings) == ({}, {}, [], [])
     assert capsys.readouterr().out == 'The print was cleared: its advice holds no longer.\n'
+
+
+def test_what_other_nodes_say_is_one_line_without_control(
+        graph: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
+    made._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
+        level=DiagnosticStatus.WARN, name='camera\x1b[2J', message='late\nOK all is well')]))
+    assert capsys.readouterr().out == '  camera\\x1b[2J: late OK all is well\n'
