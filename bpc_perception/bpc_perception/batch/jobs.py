@@ -118,7 +118,8 @@ def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
             results.finish()
         rows = finished(job, provenance.fingerprint)
         if rows is None:
-            raise RuntimeError(f'{job.out}: expected the result just written, found another')
+            raise RuntimeError(f'{job.out}: expected the result just written, found another'
+                               '; let one batch alone write there')
         return rows, True
     except (ValueError, OSError) as error:
         return [failed(job.name, REFUSED, '; '.join((str(error), *held.texts)))], True

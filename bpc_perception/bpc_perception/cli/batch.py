@@ -46,12 +46,15 @@ def batch(
     """
     terminal = Terminal(quiet, json_lines)
     if out.exists() and not out.is_dir():
-        raise ValueError(f'{out}: expected a folder for the outputs, found a file')
+        raise ValueError(f'{out}: expected a folder for the outputs, found a file'
+                         '; name another with --out')
     for name in NEEDED_PACKAGES:
         if find_spec(name) is None:
-            raise ValueError(f'batch: expected the package {name}, found none')
+            raise ValueError(f'batch: expected the package {name}, found none'
+                             '; install it, as with pip')
     if not folder.is_dir():
-        raise ValueError(f'{folder}: expected a folder, found none')
+        raise ValueError(f'{folder}: expected a folder, found none'
+                         '; name the one with the recordings')
     # Imported late: only this command needs a cluster.
     from bpc_perception.batch.cluster import cluster, run
     from bpc_perception.batch.jobs import find_jobs

@@ -27,7 +27,8 @@ def compare(
     """Compare the results of two or more prints: curves and a table."""
     terminal = Terminal(quiet, json_lines)
     if out.suffix != '.html' or not out.absolute().parent.is_dir():
-        raise ValueError(f'{out}: expected a name that ends in .html in a folder that exists')
+        raise ValueError(f'{out}: expected a name that ends in .html in a folder that exists, '
+                         'found another; name one with --out')
     prints = load(folders)
     page = comparison_page.render(prints).encode('utf-8', 'replace')
     beside = out.with_name(f'.{out.name}.part')

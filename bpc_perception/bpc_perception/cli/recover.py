@@ -27,7 +27,8 @@ def recover(
     terminal = Terminal()
     files = Bag(bag).files
     if any(file.suffix != '.mcap' for file in files):
-        raise BagError(f'{bag}: expected a recording in MCAP files, found sqlite3')
+        raise BagError(f'{bag}: expected a recording in MCAP files, found sqlite3'
+                       '; bpc measures it as it is')
     counts = copy_messages(files, out)
     for name in KEPT_BESIDE if bag.is_dir() else ():
         if (files[0].parent / name).exists():

@@ -106,7 +106,8 @@ def replay(
     check_recording(out, bag)
     stamps_ns = [capture.stamp_ns for _, capture in captures(recording.bag)]
     if not stamps_ns:
-        raise ValueError(f'{bag}: expected a complete capture, found none')
+        raise ValueError(f'{bag}: expected a complete capture, found none'
+                         '; record image, camera info and cloud of each')
     playback = Playback(recording, stamps_ns, player, separate)
     monitor, complete = play(playback, terminal, page)
     # After Ctrl-C nothing can be said about captures behind the last result.

@@ -113,6 +113,7 @@ def _sections(path: Path) -> list[_Section]:
     except _FormError as error:
         raise ParameterFileError(f'{path}: expected ros__parameters under each node, as in '
                                  f'"thickness: {{ros__parameters: {{…}}}}", found {error}'
+                                 '; write it so'
                                  ) from None
 
 

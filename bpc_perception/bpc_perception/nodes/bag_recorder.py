@@ -157,13 +157,14 @@ class BagRecorderNode(Node):
         if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:
             self._diagnostics.warn(
                 f'{" and ".join(sorted(self._missing))}: expected messages beside the captures, '
-                'found none; without them the recording cannot be measured')
+                'found none; without them the recording cannot be measured'
+                '; start their nodes, or name their topics with --remap')
             self._missing.clear()
 
     def _check_place(self) -> None:
         if not (self.failure or self._bag.in_place):
             self._diagnostics.warn(f'{self._bag.path}: expected the recording there, '
-                                   'found it moved or removed')
+                                   'found it moved or removed; leave it until it is complete')
         if self._prints is not None and self._prints.print_id and not self.failure:
             free = shutil.disk_usage(self._prints.path).free / BYTES_PER_GB
             if free < self._config.least_free:

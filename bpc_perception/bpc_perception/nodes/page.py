@@ -110,7 +110,8 @@ class PageNode(Node):
         except ConversionError as error:
             self._diagnostics.refuse(error)
         except cv2.error as error:  # the shape does not allow a JPEG
-            self._diagnostics.refuse(f'overlay: expected an image to show, found: {error}')
+            self._diagnostics.refuse(f'overlay: expected an image to show, found: {error}'
+                                     '; is its sender bpc?')
         else:
             self._server.notify()
 

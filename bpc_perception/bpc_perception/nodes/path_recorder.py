@@ -66,7 +66,8 @@ class PathRecorderNode(Node):
         if taken:
             self._diagnostics.count('poses')
         else:
-            self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
+            self._diagnostics.refuse('pose: expected a later stamp than the last, found it late'
+                                     '; let one robot alone publish, with its own stamps')
 
     def _on_extruder(self, message: ExtrusionState) -> None:
         self._diagnostics.heard(topics.EXTRUSION)
@@ -79,12 +80,13 @@ class PathRecorderNode(Node):
             return
         if message.error_status:
             self._diagnostics.warn('extrusion_state: expected no error, found error_status '
-                                   f'{message.error_status}')
+                                   f'{message.error_status}; clear it at the extruder')
         if self._tracker.add_extruder(sample):
             self._diagnostics.count('extrusion states')
         else:
             self._diagnostics.refuse(
-                'extrusion_state: expected a later stamp than the last, found it late')
+                'extrusion_state: expected a later stamp than the last, found it late'
+                '; let one extruder alone publish, with its own stamps')
 
     def _resume(self) -> None:
         """Go on with the print before, as a rule one that ran when the node was killed."""

@@ -149,7 +149,7 @@ class ResultsWriterNode(Node):
             self._diagnostics.count('times written')
         except (OSError, ValueError) as error:
             self._diagnostics.refuse(f'results: expected to write {self._results.folder}, '
-                                     f'found: {error}')
+                                     f'found: {error}; make room there, or let it be written to')
         self._written = time.monotonic()
 
     def finish(self) -> None:

@@ -103,7 +103,8 @@ class ThicknessNode(Node):
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
         if not self._session.add_flange_pose(stamp_ns, T_base_flange):
             self._diagnostics.refuse('pose: expected one later than the last and within its '
-                                     'reach, found it late, twice or a jump')
+                                     'reach, found it late, twice or a jump'
+                                     '; let one robot alone publish, with its own stamps')
 
     def _on_path(self, path: DepositionPath) -> None:
         if not path.print_id:  # it was cleared
@@ -154,7 +155,7 @@ class ThicknessNode(Node):
             save_setup(self._setup_file, setup, self._now_ns())
         except OSError as error:
             self._diagnostics.warn(f'state_folder: expected to write {self._setup_file}, '
-                                   f'found: {error}')
+                                   f'found: {error}; make room there, or let it be written to')
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)

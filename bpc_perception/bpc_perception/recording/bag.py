@@ -68,7 +68,8 @@ class Bag:
         self.topics = _most_frequent(counts)
         if not self.topics:
             kind = 'a sqlite3 bag' if self.files[0].suffix == '.db3' else 'an MCAP file'
-            raise BagError(f'{self.path}: expected {kind} with messages, found none')
+            raise BagError(f'{self.path}: expected {kind} with messages, found none'
+                           '; is it the right recording?')
 
     def messages(self, topics: set[str]) -> Iterator[BagMessage]:
         """Yield the messages of these topics in the order of recording. Raises BagError."""
@@ -104,7 +105,8 @@ def _storage_files(path: Path) -> list[Path]:
                            'of its own with its metadata.yaml')
         return [path]
     if not path.exists():
-        raise BagError(f'{path}: expected a bag, found nothing there')
+        raise BagError(f'{path}: expected a bag, found nothing there'
+                       '; name the folder or file of a recording')
     if recordings := recordings_in(path):  # more than one after a crash
         return [file for recording in recordings for file in _storage_files(recording)]
     files = listed_files(path)
@@ -116,7 +118,7 @@ def _storage_files(path: Path) -> list[Path]:
         file for file in sorted(files) if file.suffix == '.db3'][:1]
     if not files:
         raise BagError(f'{path}: expected a rosbag2 folder or an .mcap or .db3 file, '
-                       'found neither')
+                       'found neither; name one of these')
     return files
 
 
@@ -244,11 +246,13 @@ class _SqliteStorage:
                 yield reader
         except Exception as error:  # of the reader, or of its database
             raise BagError(f'{self._file.parent}: expected a complete sqlite3 bag with its '
-                           f'metadata.yaml, found: {error}') from error
+                           f'metadata.yaml, found: {error}'
+                           '; copy it with all its files, or make it anew with "ros2 '
+                           'bag reindex"') from error
 
 
 def _span_of_messages(file: Path, messages: Iterator[RawMessage]) -> tuple[int, int]:
     times = [message.log_ns for message in messages]
     if not times:
-        raise BagError(f'{file}: expected messages, found none')
+        raise BagError(f'{file}: expected messages, found none; is it the right file?')
     return min(times), max(times)

@@ -25,14 +25,14 @@ def check_out(folder: Path) -> None:
     """
     if recorded := holds_recording(folder):
         raise ValueError(f'{folder}: expected a folder for results of their own, found that of '
-                         f'a recording or a live print, with {recorded}')
+                         f'a recording or a live print, with {recorded}; name another with --out')
     if expect_room_for(folder, 'the outputs') != folder or _holds_result(folder):
         return
     foreign = next((path.name for path in sorted(folder.iterdir())
                     if not path.name.startswith('.')), None)
     if foreign is not None:
         raise ValueError(f'{folder}: expected a new folder, an empty one, or an earlier result '
-                         f'of bpc, found {foreign}')
+                         f'of bpc, found {foreign}; name another with --out')
 
 
 def check_recording(folder: Path, bag: Path) -> None:
@@ -69,7 +69,7 @@ def expect_room_for(folder: Path, what: str) -> Path:
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise ValueError(f'{folder}: expected a folder for {what}, '
-                         f'found that {existing} is a file')
+                         f'found that {existing} is a file; name another with --out')
     return existing
 
 

@@ -42,7 +42,7 @@ class Terminal:
 
     def __init__(self, quiet: bool = False, json_lines: bool = False) -> None:
         if quiet and json_lines:
-            raise ValueError('expected --quiet or --json, found both')
+            raise ValueError('expected --quiet or --json, found both; give one of them')
         self._for_people = not (quiet or json_lines)
         self._quiet, self._json = quiet, json_lines
         self._console = Console(highlight=False)

@@ -70,7 +70,8 @@ def _rows(file: str | Path) -> list[tuple[int, list[str]]]:
         reader = csv.reader(content.decode('utf-8-sig').splitlines())
         rows = [(reader.line_num, row) for row in reader if row]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f'{file}: expected a table as CSV in UTF-8, found: {error}') from error
+        raise ValueError(f'{file}: expected a table as CSV in UTF-8, found: {error}'
+                         '; save it as that') from error
     heading = [cell.strip() for cell in rows[0][1]] if rows else ['nothing']
     if heading != COLUMNS:
         raise ValueError(f'{file}: expected the columns {",".join(COLUMNS)} in its first line, '

@@ -137,7 +137,8 @@ def calibrate(T_base_flange: Sequence[Array], sightings: Sequence[Sighting], on_
     """
     if len(sightings) < FEWEST_CAPTURES:
         raise CalibrationError(f'hand-eye: expected {FEWEST_CAPTURES} captures of the board or '
-                               f'more, found {len(sightings)}')
+                               f'more, found {len(sightings)}'
+                               '; record more, with all of it in the picture')
     boards = [board_pose(sighting, use_cloud) for sighting in sightings]
     inverse = [invert(pose) for pose in T_base_flange]
     pairs = _PosePairs(inverse if on_base else T_base_flange, boards)
@@ -146,7 +147,8 @@ def calibrate(T_base_flange: Sequence[Array], sightings: Sequence[Sighting], on_
     if turn < USELESS_TURN_RAD:
         raise CalibrationError(
             'hand-eye: expected poses turned about two axes, by 30 degrees or so, found them '
-            f'turned by {np.degrees(turn):.2g} degrees about the second')
+            f'turned by {np.degrees(turn):.2g} degrees about the second'
+            '; turn the flange about others, too')
     solutions = _solutions(pairs)
     _expect_mount(on_base, solutions, _solutions(others))
     if not solutions:
@@ -166,7 +168,8 @@ def board_pose(sighting: Sighting, use_cloud: bool) -> Array:
     found, rotation, translation = cv2.solvePnP(
         sighting.on_board, sighting.uv, sighting.camera.K, sighting.camera.distortion)
     if not found:
-        raise CalibrationError('board: expected a pose of the corners, found none')
+        raise CalibrationError('board: expected a pose of the corners, found none'
+                               '; show more of the board')
     T_camera_board = np.eye(4)
     T_camera_board[:3, :3] = cv2.Rodrigues(rotation)[0]
     T_camera_board[:3, 3] = translation.ravel()

@@ -66,7 +66,8 @@ class PrintTracker:
             reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER_M
             if math.dist(tip, last) > reach:
                 raise JumpError('pose: expected a tip that moves no faster than '
-                                f'{self._config.maximum_speed:g} m/s, found a jump')
+                                f'{self._config.maximum_speed:g} m/s, found a jump'
+                                '; let one robot alone publish, or raise path.maximum_speed')
         self._newest = stamp_ns, tip
         for step in self._finder.add(stamp_ns, tip):
             self._take(step)
