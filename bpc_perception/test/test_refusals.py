@@ -17,8 +17,8 @@ ROOMS = ('batch', 'cli', 'core/calibration', 'core/capture', 'core/measurement',
          'core/robot', 'drivers', 'files', 'messages', 'page', 'recording', 'report')
 TELLING = ('expected one of', 'TOPIC:=OTHER', 'as in the camera info', 'region: ',
            'reasons', 'refusals', 'choose')  # such are within
-# These say where something is damaged, to the line that says what comes of it.
-INNER = ('recording/mcap_file.py', 'files/yaml_file.py')
+# What these say is within a line of others, who know where it comes from.
+INNER = ('recording/mcap_file.py', 'files/yaml_file.py', 'core/robot/poses.py')
 
 
 def refusals() -> Iterator[tuple[str, str]]:

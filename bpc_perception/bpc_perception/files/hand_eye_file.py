@@ -219,7 +219,7 @@ def _pose(translation: Array, quaternion: Array) -> Array:
     try:
         return pose_matrix(translation, quaternion)
     except ValueError as error:
-        raise HandEyeError(str(error)) from error
+        raise HandEyeError(f'{error}; write metres, and x, y, z, w of the quaternion') from error
 
 
 def _axes(names: str, values: Array) -> dict[str, float]:

@@ -126,7 +126,7 @@ class PathRecorderNode(Node):
     def _save(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         path = self._tracker.path()
         if path is None:
-            response.message = 'expected a print, found none started'
+            response.message = 'expected a print, found none started; push ink out, or start one'
             return response
         try:
             target = inside(self._config.output_folder, path.print_id)

@@ -26,12 +26,10 @@ def pose_matrix(position: Array, quaternion: Array) -> Array:
     """
     numbers = (*position.tolist(), *quaternion.tolist())
     if not all(map(math.isfinite, numbers)):
-        raise ValueError(f'pose: expected finite numbers, found {position} and {quaternion}'
-                         '; look at what publishes it')
+        raise ValueError(f'pose: expected finite numbers, found {position} and {quaternion}')
     length = math.hypot(*numbers[3:])
     if abs(length - 1) > 1e-2:
-        raise ValueError(f'pose: expected a quaternion of length 1, found {length:.4g}'
-                         '; look at what publishes it')
+        raise ValueError(f'pose: expected a quaternion of length 1, found {length:.4g}')
     # Not with SciPy's Rotation: for a single rotation its checks take ten times as long, and a
     # robot sends a thousand poses a second.
     px, py, pz = numbers[:3]
