@@ -48,6 +48,9 @@ def read_yaml(path: str | Path, most_bytes: int = LARGEST_FILE_BYTES,
     except yaml.reader.ReaderError as error:
         before, found = content.decode('utf-8')[:error.position], chr(error.character)
         raise FileError(_behind(before, f'the control character {found!r}')) from error
+    except Exception as error:  # PyYAML lets through what Python says of a letter that is none
+        found = (str(error) or type(error).__name__).splitlines()[0]
+        raise FileError(f'expected a readable YAML file, found: {found}; save it anew') from error
 
 
 def _plain(content: bytes, aliases: bool) -> Any:
@@ -100,7 +103,7 @@ class PlainLoader(yaml.SafeLoader):
         except yaml.MarkedYAMLError:
             raise
         except Exception as error:
-            raise _error(f'{node.value!r} as a value', node) from error
+            raise _error(f'{node.value!r:.40} as a value', node) from error
 
 
 def _error(problem: str, where: Any) -> yaml.MarkedYAMLError:

@@ -100,6 +100,7 @@ def test_every_node_may_have_a_section() -> None:
     ('a: &x 1\nb: *x\n', r'an alias, \*x, in line 2, column 4;'),
     ('a: 1\nb: 2024-99-99\n', r"'2024-99-99' as a value, in line 2, column 4;"),
     ('a: 1\nb: \x07\n', r"the control character '\\x07', in line 2, column 4;"),
+    ('a: "\\UFFFFFFFF"', r'.'),
     ('a: 1\nß: caf\xe9'.encode('latin-1'), r'letters that are not UTF-8, in line 2, column 1;'),
 ])
 def test_a_broken_file_is_named_with_line_and_column(

@@ -45,7 +45,7 @@ class Terminal:
             raise ValueError('expected --quiet or --json, found both; give one of them')
         self._for_people = not (quiet or json_lines)
         self._quiet, self._json = quiet, json_lines
-        self._console = Console(highlight=False)
+        self._console = Console(highlight=False, emoji=False)
         self._live: Live | None = None
         self._drawn = 0.0
         Terminal.newest = self

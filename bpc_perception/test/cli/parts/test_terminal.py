@@ -33,6 +33,7 @@ def test_what_others_wrote_moves_no_cursor(tmp_path, capsys, profile, advice):
     capsys.readouterr()
     table.add_profile(replace(profile, print_id='a\nb\x1b]0;x\x07'), advice)
     terminal.warn('topic\x1b[1m\nOK')
+    terminal.say('a:warning:b')
     terminal.files([odd])
     terminal.show(compare.table([{'print': 'a\x1b[31m', **{
         column.key: None for column in comparison.COLUMNS}}]))
@@ -42,6 +43,7 @@ def test_what_others_wrote_moves_no_cursor(tmp_path, capsys, profile, advice):
     assert said.out.splitlines()[0] == r'print a b\x1b]0;x\x07'
     assert r'vase-\udcff\x1b[2J' in said.out
     assert '\x1b' not in said.out
+    assert 'a:warning:b' in said.out
     assert said.err == 'bpc: topic\\x1b[1m OK\nbpc: found \\x1b[2J OK\n'
 
 
