@@ -149,7 +149,7 @@ WRONG = {
     'capture out of range': (['measure', SAMPLE, '--out', 'out', '--capture', 5],
                              ['found --capture 5 of 5', 'name one of 0 to 4']),
     'capture below 0': (['measure', SAMPLE, '--out', 'out', '--capture', -1],
-                        ['--capture', '-1 is not in the range']),
+                        ['--capture', 'greater than or equal to 0']),
     'out is a file': (['measure', SAMPLE, '--out', 'text.txt'],
                       ['text.txt', 'expected a folder', 'a file']),
     'out below a file': (['measure', SAMPLE, '--out', 'text.txt/out'],
