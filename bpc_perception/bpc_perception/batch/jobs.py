@@ -5,20 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 import logging
-import os
 from pathlib import Path
 from typing import Any
 
 import cv2
 
+from bpc_perception.batch.finding import find_bags
 from bpc_perception.batch.table import failed, row
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
-from bpc_perception.recording.print_folder import recordings_in
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
-from bpc_perception.report.result_folder import holds_recording, read_summary, replacing
+from bpc_perception.report.result_folder import (
+    check_recording,
+    holds_recording,
+    read_summary,
+    replacing,
+    SUMMARY,
+)
 from bpc_perception.runtime.exit_status import REFUSED
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
@@ -43,48 +48,46 @@ class Job:
     others: Mapping[str, str]
 
 
-def find_bags(folder: Path) -> list[Path]:
-    """Return all recordings in a folder and below, in order.
-
-    A folder is a recording if it has a metadata.yaml, or only files that are named like it, as a
-    killed recorder leaves them. The folder of a print stands for all of its recordings. Each other
-    .mcap or .db3 file is a recording by itself.
-    """
-    bags = []
-    for place, folders, names in os.walk(folder):
-        folders.sort()
-        path = Path(place)
-        files = [path / name for name in sorted(names) if name.endswith(('.mcap', '.db3'))]
-        if recordings_in(path):
-            bags.append(path)
-            folders.clear()
-        elif files and ('metadata.yaml' in names or all(
-                file.name.startswith(f'{path.absolute().name}_') for file in files)):
-            bags.append(path)
-        else:
-            bags += files
-    return bags
-
-
 def find_jobs(folder: Path, out: Path, hand_eye: Path | None, parameters: Path | None,
               others: Mapping[str, str] | None = None) -> list[Job]:
     """Return the recordings below a folder, each with a folder of its own for the results.
 
     Raises:
-        ValueError: there are none, or results would get into the folder of one.
+        ValueError: there are none, or results would get into the folder of one, or beside the
+            result of one.
     """
+    if (out / SUMMARY).exists():
+        raise ValueError(f'{out}: expected a folder without a result right in it, found {SUMMARY};'
+                         ' name another folder with --out')
     bags = find_bags(folder)
     if not bags:
-        raise ValueError(f'{folder}: expected recordings in it or below, found none')
-    names = [str(bag.relative_to(folder)) if bag != folder else folder.absolute().name
-             for bag in bags]
+        raise ValueError(f'{folder}: expected recordings in it or below, found none; name one '
+                         'above them')
+    names = result_names(folder, bags)
     for name in names:
         if recorded := holds_recording(out / name):
             raise ValueError(f'{out}: expected a folder apart from the recordings, found '
-                             f'{name}/{recorded} in it')
+                             f'{name}/{recorded} in it; name another folder with --out')
     return [Job(name, bag.absolute(), (out / name).absolute(), hand_eye and hand_eye.absolute(),
                 parameters and parameters.absolute(), dict(others or {}))
             for name, bag in zip(names, bags, strict=True)]
+
+
+def result_names(folder: Path, bags: list[Path]) -> list[str]:
+    """Return a name for the results of each recording below a folder, none within another.
+
+    A recording is named by its path. One with others below it gets a folder beside those.
+    """
+    names: list[str] = []
+    for bag in reversed(bags):  # those below a folder before it
+        name = bag.relative_to(folder)
+        if bag == folder or any(bag in other.parents for other in bags):
+            name /= bag.absolute().name
+        while str(name) in names or any(str(name) == str(parent) for other in names
+                                        for parent in Path(other).parents):
+            name = name.with_name(f'{name.name}_')
+        names.append(str(name))
+    return names[::-1]
 
 
 def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
@@ -102,6 +105,7 @@ def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
         provenance = provenance_of(recording)
         if (rows := finished(job, provenance.fingerprint)) is not None:
             return rows, False
+        check_recording(job.out, job.bag)
         with replacing(job.out) as folder:
             results = PrintResults(folder, provenance, Wanted(), capture_count(recording.bag),
                                    lambda: held.texts)
@@ -111,7 +115,8 @@ def measure_one(job: Job) -> tuple[list[dict[str, Any]], bool]:
             results.finish()
         rows = finished(job, provenance.fingerprint)
         if rows is None:
-            raise RuntimeError(f'{job.out}: expected the result just written, found another')
+            raise RuntimeError(f'{job.out}: expected the result just written, found another'
+                               '; let one batch alone write there')
         return rows, True
     except (ValueError, OSError) as error:
         return [failed(job.name, REFUSED, '; '.join((str(error), *held.texts)))], True

@@ -10,6 +10,8 @@ from typing import Any
 import pyarrow
 from pyarrow import csv, parquet
 
+from bpc_perception.display.plain_text import table_cell
+
 NUMBER_COLUMNS = (
     'path_length_mm', 'thickness_mean_mm', 'thickness_std_mm', 'thickness_q1_mm',
     'thickness_median_mm', 'thickness_q3_mm', 'thickness_variation', 'within_10_percent',
@@ -45,14 +47,24 @@ def failed(name: str, status: int, reason: str) -> dict[str, Any]:
 def write_table(out: Path, rows: list[dict[str, Any]]) -> list[Path]:
     """Write the rows as prints.csv and prints.parquet, each put in place whole.
 
+    Programs for spreadsheets open the first, so no cell of it is a formula.
+
     Returns:
         The two files.
     """
-    table = pyarrow.Table.from_pylist(rows, SCHEMA)
+    cells = [{name: table_cell(value) if isinstance(value, str) else value
+              for name, value in row.items()} for row in rows]
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix='.bpc-', dir=out) as beside:
-        csv.write_csv(table, Path(beside, 'prints.csv'))
-        parquet.write_table(table, Path(beside, 'prints.parquet'))
+        csv.write_csv(pyarrow.Table.from_pylist(cells, SCHEMA), Path(beside, 'prints.csv'))
+        parquet.write_table(pyarrow.Table.from_pylist(_unicode(rows), SCHEMA),
+                            Path(beside, 'prints.parquet'))
         for name in ('prints.csv', 'prints.parquet'):
             os.replace(Path(beside, name), out / name)
     return [out / 'prints.csv', out / 'prints.parquet']
+
+
+def _unicode(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows whose texts are valid Unicode, which a file name need not be."""
+    return [{name: value.encode('utf-8', 'replace').decode() if isinstance(value, str) else value
+             for name, value in row.items()} for row in rows]

@@ -27,6 +27,7 @@ from bpc_perception.cli import (
     test_suite,
 )
 from bpc_perception.cli.parts.terminal import show_held_warnings, WARNINGS
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED
 from bpc_perception.runtime.signals import end_in_time
 from bpc_perception.runtime.transport import shared_memory
@@ -76,5 +77,5 @@ def main() -> None:
 def refuse(reason: str) -> NoReturn:
     """End the command with this reason as one line on stderr."""
     with suppress(OSError):  # nobody reads it, and the status tells as well
-        print(' '.join(reason.splitlines()), file=sys.stderr)
+        print(one_line(reason), file=sys.stderr)
     sys.exit(REFUSED)

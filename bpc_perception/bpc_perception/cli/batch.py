@@ -17,6 +17,7 @@ from bpc_perception.cli.parts.options import (
     RemapOption,
 )
 from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.ros_arguments import remappings
 
 NEEDED_PACKAGES = ('distributed', 'pyarrow')
@@ -45,12 +46,15 @@ def batch(
     """
     terminal = Terminal(quiet, json_lines)
     if out.exists() and not out.is_dir():
-        raise ValueError(f'{out}: expected a folder for the outputs, found a file')
+        raise ValueError(f'{out}: expected a folder for the outputs, found a file'
+                         '; name another with --out')
     for name in NEEDED_PACKAGES:
         if find_spec(name) is None:
-            raise ValueError(f'batch: expected the package {name}, found none')
+            raise ValueError(f'batch: expected the package {name}, found none'
+                             '; install it, as with pip')
     if not folder.is_dir():
-        raise ValueError(f'{folder}: expected a folder, found none')
+        raise ValueError(f'{folder}: expected a folder, found none'
+                         '; name the one with the recordings')
     # Imported late: only this command needs a cluster.
     from bpc_perception.batch.cluster import cluster, run
     from bpc_perception.batch.jobs import find_jobs
@@ -85,5 +89,6 @@ def name_failures(rows: list[dict[str, Any]], terminal: Terminal) -> None:
         return
     terminal.say(f'{len(failed)} of {len(rows)} failed:')
     for row in failed:
-        terminal.say(f'  {row["bag"]}: exit status {row["exit_status"]}: {row["reason"]}')
+        terminal.say(f'  {one_line(row["bag"])}: exit status {row["exit_status"]}: '
+                     f'{one_line(row["reason"])}')
     raise typer.Exit(1)

@@ -30,6 +30,7 @@ from bpc_perception.cli.parts.rig_listener import RigListener
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.parameter import ConfigError
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
@@ -129,5 +130,6 @@ def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: boo
 def show(finding: Finding, terminal: Terminal) -> None:
     """Show a finding, with what to do."""
     todo = f'; {finding.todo}' if finding.todo else ''
-    terminal.emit('finding', f'{finding.level:4} {finding.subject}: {finding.found}{todo}',
+    words = one_line(f'{finding.subject}: {finding.found}{todo}')
+    terminal.emit('finding', f'{finding.level:4} {words}',
                   **finding._asdict())

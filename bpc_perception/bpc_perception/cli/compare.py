@@ -11,6 +11,7 @@ import typer
 
 from bpc_perception.cli.parts.options import JsonOption, QuietOption
 from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.report.comparison import cells, COLUMNS, load, rows
 from bpc_perception.report.pages import comparison_page
 
@@ -26,7 +27,8 @@ def compare(
     """Compare the results of two or more prints: curves and a table."""
     terminal = Terminal(quiet, json_lines)
     if out.suffix != '.html' or not out.absolute().parent.is_dir():
-        raise ValueError(f'{out}: expected a name that ends in .html in a folder that exists')
+        raise ValueError(f'{out}: expected a name that ends in .html in a folder that exists, '
+                         'found another; name one with --out')
     prints = load(folders)
     page = comparison_page.render(prints).encode('utf-8', 'replace')
     beside = out.with_name(f'.{out.name}.part')
@@ -44,5 +46,6 @@ def table(print_rows: list[dict[str, object]]) -> Table:
     headings = ('print', *(column.heading for column in COLUMNS))
     made = Table(show_header=False)
     for line in zip(headings, *map(cells, print_rows), strict=True):
-        made.add_row(*map(escape, line))  # units are in brackets, which rich takes for markup
+        # Units are in brackets, which rich takes for markup.
+        made.add_row(*(escape(one_line(cell)) for cell in line))
     return made

@@ -60,7 +60,7 @@ def live(
     """
     terminal = Terminal(quiet, json_lines)
     if new_print and resume:
-        raise ValueError('expected --new-print or --resume, found both')
+        raise ValueError('expected --new-print or --resume, found both; give one of them')
     load_hand_eye(hand_eye)
     configure(ThicknessConfig(), 'thickness', parameters)
     name_other_sections(parameters)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -24,7 +25,7 @@ from bpc_perception.recording.offline import measure_bag
 from bpc_perception.report.outputs import check_figures
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
-from bpc_perception.report.result_folder import check_out, replacing
+from bpc_perception.report.result_folder import check_out, check_recording, replacing
 from bpc_perception.runtime.ros_arguments import remappings
 
 
@@ -34,7 +35,8 @@ def measure(
     hand_eye: HandEyeOption = None,
     parameters: ParametersOption = None,
     capture: Annotated[int | None, typer.Option(
-        metavar='N', help='Report this capture of each print, from 0; else the last.')] = None,
+        min=0, metavar='N',
+        help='Report this capture of each print, from 0; else the last.')] = None,
     all_captures: Annotated[bool, typer.Option(
         '--all', help='Write the outputs of every capture, each into its own folder.')] = False,
     print_number: Annotated[int | None, typer.Option(
@@ -50,7 +52,9 @@ def measure(
     check_out(out)
     check_figures(figures)
     recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
+    check_recording(out, bag)
     expected, table = capture_count(recording.bag), ResultTable(terminal)
+    check_capture(bag, capture, expected)
     with replacing(out) as folder:
         results = PrintResults(
             folder, provenance_of(recording),
@@ -67,3 +71,15 @@ def measure(
         if warning:
             terminal.warn(warning)
     terminal.files([out / file for file in files])
+
+
+def check_capture(bag: Path, wanted: int | None, count: int | None) -> None:
+    """Raise ValueError if a recording of so many captures has none of this number.
+
+    A torn recording does not state how many it has: None. Captures that are refused have no
+    number, so that a number may turn out to be missing later.
+    """
+    if wanted is not None and count is not None and wanted >= count:
+        numbers = f'one of 0 to {count - 1}' if count else 'none'
+        raise ValueError(f'{bag}: expected a capture that it has, found --capture {wanted} of '
+                         f'{count}; name {numbers}')

@@ -66,7 +66,8 @@ def record(
     """
     terminal = Terminal(quiet, json_lines)
     if out.exists():
-        raise ValueError(f'{out}: expected a new bag, found that it exists')
+        raise ValueError(f'{out}: expected a new bag, found that it exists'
+                         '; name another with --out')
     if hand_eye is not None:
         load_hand_eye(hand_eye)
     settings = recorder_settings(hand_eye, parameters) | {'bag': str(out)}

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.recording.recovery import recover_bag
 
 
@@ -19,9 +20,10 @@ def recover(
 
     bpc reads torn recordings as they are; this is for programs that do not.
     """
+    terminal = Terminal()
     found = recover_bag(bag, out)
     for topic, count in found.messages.items():
-        print(f'{topic}: {count} messages')
+        terminal.say(f'{topic}: {count} messages')
     for name in found.left_out:
-        print(f'left out: {name}')
-    print(out)
+        terminal.say(f'left out: {name}')
+    terminal.files([out])

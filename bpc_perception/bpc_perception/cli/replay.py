@@ -35,7 +35,7 @@ from bpc_perception.recording.offline import measure_bag
 from bpc_perception.report.outputs import check_figures
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
-from bpc_perception.report.result_folder import check_out, replacing
+from bpc_perception.report.result_folder import check_out, check_recording, replacing
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.ros_arguments import remappings
 
@@ -103,9 +103,11 @@ def replay(
     check_figures(figures)
     player = PlayerConfig(bag=str(bag), rate=rate, loop=loop, remap=' '.join(remap or []))
     recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
+    check_recording(out, bag)
     stamps_ns = [capture.stamp_ns for _, capture in captures(recording.bag)]
     if not stamps_ns:
-        raise ValueError(f'{bag}: expected a complete capture, found none')
+        raise ValueError(f'{bag}: expected a complete capture, found none'
+                         '; record image, camera info and cloud of each')
     playback = Playback(recording, stamps_ns, player, separate)
     monitor, complete = play(playback, terminal, page)
     # After Ctrl-C nothing can be said about captures behind the last result.

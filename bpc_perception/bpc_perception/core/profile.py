@@ -108,6 +108,14 @@ class ThicknessProfile:
     right_points: Array
     processing_time: float
 
+    @classmethod
+    def none(cls, stamp_ns: int) -> ThicknessProfile:
+        """Return that from this time on [ns] there is no print: a profile without samples."""
+        nothing, points = np.empty(0), np.empty((0, 3))
+        return cls(stamp_ns, '', stamp_ns, 0, '', nothing, nothing, points, nothing.astype(bool),
+                   nothing.astype(bool), nothing.astype(np.intp), nothing.astype(np.uint8),
+                   nothing, nothing, nothing, nothing, points, points, 0.0)
+
     def __len__(self) -> int:
         return len(self.time)
 

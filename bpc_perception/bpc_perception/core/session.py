@@ -146,7 +146,8 @@ class Session:
         path = self._path
         if path is None or not path.print_id:
             self._see_ground(capture)
-            return Result(capture, refusal='path: expected a print, found none started')
+            return Result(capture, refusal='path: expected a print, found none started'
+                                           '; push ink out, or call path_recorder/start')
         refusal = self._untimely(capture, path)
         if refusal:
             return Result(capture, refusal=refusal)
@@ -155,17 +156,21 @@ class Session:
                                                    self.config.maximum_pose_gap)
         if T_base_camera is None:
             return Result(capture, refusal='end_effector_pose: expected poses around the '
-                                           'capture, found none near enough in time')
+                                           'capture, found none near enough in time'
+                                           '; see that they come evenly, or raise '
+                                           'maximum_pose_gap')
         return self._profile_and_advice(capture, path, T_base_camera)
 
     def _untimely(self, capture: Capture, path: DepositionPath) -> str:
         """Return why a capture of this stamp is not measured; empty = it is."""
         if capture.stamp_ns < path.start_ns:
             self._see_ground(capture)
-            return f'path: expected a print begun before the capture, found {path.print_id}'
+            return (f'path: expected a print begun before the capture, found '
+                    f'{path.print_id}; do the clocks agree?')
         newest_print, newest_ns = self._newest
         if path.print_id == newest_print and capture.stamp_ns <= newest_ns:
-            return 'capture: expected a later stamp than the last, found it late or twice'
+            return ('capture: expected a later stamp than the last, found it late or twice; let '
+                    'one camera alone publish, with a stamp for each capture')
         return ''
 
     def _see_ground(self, capture: Capture) -> None:
@@ -189,7 +194,8 @@ class Session:
         except Exception as error:  # a defect of ours must not end a print's feedback
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,
-                          refusal=f'measurement: expected a result, found {error!r}')
+                          refusal=f'measurement: expected a result, found {error!r}'
+                                  '; please report it with the log')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
         return Result(capture, T_base_camera, profile, advice,
                       warning='; '.join(filter(None, warnings)))

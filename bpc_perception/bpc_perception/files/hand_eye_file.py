@@ -45,7 +45,8 @@ def load_hand_eye(path: str | Path) -> HandEye:
     Raises HandEyeError.
     """
     if not str(path):
-        raise HandEyeError('hand-eye calibration: expected a file, found none given')
+        raise HandEyeError('hand-eye calibration: expected a file, found none given'
+                           '; name it with --handeye, or as hand_eye_file')
     path = Path(path)
     content = _read(path)
     try:
@@ -86,7 +87,8 @@ def _read(path: Path) -> dict[str, Any]:
         raise HandEyeError(f'{path}: {error}') from error
     if not isinstance(content, dict):
         raise HandEyeError(f'{path}: expected a calibration with one of the keys '
-                           f'{", ".join(FORMS)}, found {type(content).__name__}')
+                           f'{", ".join(FORMS)}, found {type(content).__name__}'
+                           '; see docs/tutorials/calibrate.md for the forms')
     return content
 
 
@@ -97,7 +99,8 @@ def _form(content: dict[str, Any]) -> str:
             return key
     if _find_matrix(content) is None:
         raise HandEyeError(f'expected a calibration with one of the keys {", ".join(FORMS)}, '
-                           f'found {", ".join(map(str, content)) or "none"}')
+                           f'found {", ".join(map(str, content)) or "none"}'
+                           '; see docs/tutorials/calibrate.md for the forms')
     return 'Data'
 
 
@@ -112,7 +115,8 @@ def _easy_handeye(content: dict[str, Any]) -> HandEye:
     in_hand = (content['eye_on_hand'] if 'eye_on_hand' in content
                else _entry(content, 'parameters', 'eye_on_hand'))
     if not isinstance(in_hand, bool):
-        raise HandEyeError(f'expected eye_on_hand true or false, found {in_hand!r}')
+        raise HandEyeError(f'expected eye_on_hand true or false, found {in_hand!r}'
+                           '; write one of them')
     numbers = _numbers(content['transformation'], ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'))
     return HandEye(not in_hand, _pose(numbers[:3], numbers[3:]), *_frames(content, not in_hand))
 
@@ -133,14 +137,16 @@ def _matrix(content: dict[str, Any]) -> HandEye:
     try:
         T_parent_camera = np.array(_find_matrix(content), np.float64)
     except (TypeError, ValueError, OverflowError) as error:
-        raise HandEyeError(f'expected Data with 4 x 4 numbers, found: {error}') from error
+        raise HandEyeError(f'expected Data with 4 x 4 numbers, found: {error}'
+                           '; write all sixteen') from error
     if T_parent_camera.shape != (4, 4) or not np.isfinite(T_parent_camera).all():
         raise HandEyeError('expected Data with 4 x 4 finite numbers, found '
-                           f'{" x ".join(map(str, T_parent_camera.shape))}')
+                           f'{" x ".join(map(str, T_parent_camera.shape))}; write all sixteen')
     R = T_parent_camera[:3, :3]
     _expect_rotation(R)
     if not np.allclose(T_parent_camera[3], (0, 0, 0, 1)):
-        raise HandEyeError(f'expected Data to end with 0 0 0 1, found {T_parent_camera[3]}')
+        raise HandEyeError(f'expected Data to end with 0 0 0 1, found {T_parent_camera[3]}'
+                           '; write its rows in that order')
     T_parent_camera[:3, :3] = Rotation.from_matrix(R).as_matrix()
     T_parent_camera[:3, 3] *= _unit(content)
     return HandEye(_mount(content.get('calibration_type')), T_parent_camera)
@@ -150,9 +156,10 @@ def _expect_rotation(R: Array) -> None:
     excess = float(np.abs(R @ R.T - np.eye(3)).max())
     if excess > ROTATION_TOLERANCE:
         raise HandEyeError('expected a rotation in Data, found a matrix that is none by '
-                           f'{excess:.2g}')
+                           f'{excess:.2g}; write more digits, or calibrate anew')
     if np.linalg.det(R) < 0:
-        raise HandEyeError('expected a rotation in Data, found a matrix that mirrors')
+        raise HandEyeError('expected a rotation in Data, found a matrix that mirrors'
+                           '; calibrate anew')
 
 
 def _plain(content: dict[str, Any]) -> HandEye:
@@ -160,7 +167,8 @@ def _plain(content: dict[str, Any]) -> HandEye:
     for key, length in (('xyz', 3), ('quaternion', 4)):
         values = content.get(key)
         if not isinstance(values, list) or len(values) != length:
-            raise HandEyeError(f'expected {key} as a list of {length} numbers, found {values!r}')
+            raise HandEyeError(f'expected {key} as a list of {length} numbers, found {values!r}'
+                               '; write one')
         numbers.append(_numbers(dict(enumerate(values)), range(length)))
     return HandEye(_mount(content.get('calibration_type')),
                    _pose(_unit(content) * numbers[0], numbers[1]))
@@ -182,22 +190,25 @@ def _find_matrix(content: dict[str, Any]) -> Any:
             try:
                 inner.append(np.reshape(value['data'], (value['rows'], value['cols'])).tolist())
             except (TypeError, ValueError) as error:
-                raise HandEyeError(f'expected a matrix in its rows, found: {error}') from error
+                raise HandEyeError(f'expected a matrix in its rows, found: {error}'
+                                   '; save it anew') from error
     return content.get('Data', inner[0] if len(inner) == 1 else None)
 
 
 def _mount(name: Any) -> bool:
     if not isinstance(name, str) or name not in MOUNTS:
-        raise HandEyeError(f'expected calibration_type {" or ".join(MOUNTS)}, found '
-                           + ('none' if name is None else repr(name)))
+        found = 'none' if name is None else repr(name)
+        raise HandEyeError(f'expected calibration_type {" or ".join(MOUNTS)}, found {found}; '
+                           'write where the camera is')
     return MOUNTS[name]
 
 
 def _unit(content: dict[str, Any]) -> float:
     unit = content.get('unit')
     if not isinstance(unit, str) or unit not in UNITS_M:
-        raise HandEyeError(f'expected unit {" or ".join(UNITS_M)}, found '
-                           + ('none' if unit is None else repr(unit)))
+        found = 'none' if unit is None else repr(unit)
+        raise HandEyeError(f'expected unit {" or ".join(UNITS_M)}, found {found}; write that of '
+                           'the matrix')
     return UNITS_M[unit]
 
 
@@ -205,7 +216,8 @@ def _entry(content: dict[str, Any], group: str, key: str) -> Any:
     try:
         return content[group][key]
     except (KeyError, TypeError):
-        raise HandEyeError(f'expected a calibration with {group}.{key}, found none') from None
+        raise HandEyeError(f'expected a calibration with {group}.{key}, found none'
+                           '; add it') from None
 
 
 def _numbers(values: Any, keys: Any) -> Array:
@@ -213,14 +225,14 @@ def _numbers(values: Any, keys: Any) -> Array:
         return np.array([float(values[key]) for key in keys])
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise HandEyeError(f'expected numbers {", ".join(map(str, keys))}, '
-                           f'found: {error}') from error
+                           f'found: {error}; write them') from error
 
 
 def _pose(translation: Array, quaternion: Array) -> Array:
     try:
         return pose_matrix(translation, quaternion)
     except ValueError as error:
-        raise HandEyeError(str(error)) from error
+        raise HandEyeError(f'{error}; write metres, and x, y, z, w of the quaternion') from error
 
 
 def _axes(names: str, values: Array) -> dict[str, float]:

@@ -109,21 +109,33 @@ def _sections(path: Path) -> list[_Section]:
     except FileError as error:
         raise ParameterFileError(f'{path}: {error}') from error
     try:
-        return list(_sections_in(content or {}, ()))
-    except (AttributeError, TypeError, ValueError):
-        raise ParameterFileError(f'{path}: expected ros__parameters under each node, '
-                                 'found another form') from None
+        return list(_sections_in({} if content is None else content, ()))
+    except _FormError as error:
+        raise ParameterFileError(f'{path}: expected ros__parameters under each node, as in '
+                                 f'"thickness: {{ros__parameters: {{…}}}}", found {error}'
+                                 '; write it so'
+                                 ) from None
 
 
-def _sections_in(content: dict[Any, Any], above: tuple[str, ...]) -> Iterator[_Section]:
-    """Yield the sections below some levels, of which those above a node are its namespace."""
+class _FormError(Exception):
+    """A parameter file has another form; the message names what was found."""
+
+
+def _sections_in(content: Any, above: tuple[str, ...]) -> Iterator[_Section]:
+    """Yield the sections below some levels, of which those above a node are its namespace.
+
+    Raises _FormError.
+    """
+    if not isinstance(content, dict):
+        raise _FormError(f'{content!r:.40} under {".".join(above) or "no node"}')
     for name, below in content.items():
-        if name == PARAMETERS and above:
-            yield _Section('/'.join(above), dict(_flat(below)))
-        elif isinstance(below, dict):
+        if name != PARAMETERS:
             yield from _sections_in(below, (*above, str(name).strip('/')))
+        elif above and isinstance(below, dict):
+            yield _Section('/'.join(above), dict(_flat(below)))
         else:
-            raise ValueError(name)
+            where = f'{below!r:.40} in that of {"/".join(above)}' if above else 'it at the top'
+            raise _FormError(where)
 
 
 def _flat(values: dict[str, Any], prefix: str = '') -> list[tuple[str, Any]]:

@@ -31,11 +31,11 @@ def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
     """Convert advice from its message. Raises ConversionError for values that no advice has."""
     if message.reason not in list(Reason):
         raise ConversionError(f'rate_advice: expected a reason up to {max(Reason)}, '
-                              f'found {message.reason}')
+                              f'found {message.reason}; is its sender of another version?')
     for name in ('flow_rate_scale', 'speed_scale'):
         if not 0 < getattr(message, name) < np.inf:
             raise ConversionError(f'rate_advice: expected a {name} above 0, '
-                                  f'found {getattr(message, name)}')
+                                  f'found {getattr(message, name)}; is its sender bpc?')
     return RateAdvice(
         stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
         valid=bool(message.valid), reason=Reason(message.reason),

@@ -68,4 +68,5 @@ def check_lengths(name: str, message: Any, fields: Sequence[str]) -> None:
     """Raise ConversionError unless the arrays of these fields have one length."""
     lengths = {field: len(getattr(message, field)) for field in fields}
     if len(set(lengths.values())) > 1:
-        raise ConversionError(f'{name}: expected arrays of one length, found {lengths}')
+        raise ConversionError(f'{name}: expected arrays of one length, found {lengths}'
+                              '; look at what publishes it')

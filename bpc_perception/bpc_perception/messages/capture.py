@@ -29,7 +29,8 @@ def image_to_rgb(message: Image) -> NDArray[np.uint8]:
     """Return the image as a view RGB (H, W, 3), uint8. Raises ConversionError."""
     if message.encoding not in IMAGE_ENCODINGS:
         raise ConversionError(f'image: expected encoding {", ".join(IMAGE_ENCODINGS)}, '
-                              f'found "{message.encoding}"')
+                              f'found "{message.encoding}"'
+                              "; choose one at the camera's driver")
     channels, size = IMAGE_ENCODINGS[message.encoding]
     step = _row_step('image', message, message.step, message.width * size)
     pixels: NDArray[np.uint8] = np.ndarray(
@@ -45,11 +46,13 @@ def cloud_to_xyz(message: PointCloud2) -> NDArray[np.float32]:
     """
     if message.height < 2:
         raise ConversionError('cloud: expected an organized cloud, found '
-                              f'{message.width} x {message.height} points')
+                              f'{message.width} x {message.height} points'
+                              '; let the driver publish it with all pixels')
     offsets, size = _axes(message)
     if max(offsets) + size > message.point_step:
         raise ConversionError(f'cloud: expected fields within point_step {message.point_step}, '
-                              f'found offsets {offsets}')
+                              f'found offsets {offsets}'
+                              "; look at the camera's driver")
     step = _row_step('cloud', message, message.row_step, message.width * message.point_step)
     kind = np.dtype(f'{">" if message.is_bigendian else "<"}f{size}')
     if (offsets == [offsets[0], offsets[0] + 4, offsets[0] + 8] and size == 4
@@ -70,7 +73,8 @@ def _axes(message: PointCloud2) -> tuple[list[int], int]:
     kinds = {fields[axis].datatype for axis in 'xyz' if axis in fields}
     if not (fields.keys() >= set('xyz') and len(kinds) == 1 and kinds <= FLOAT_BYTES.keys()):
         raise ConversionError('cloud: expected FLOAT32 or FLOAT64 fields x, y and z, found '
-                              f'{[(field.name, field.datatype) for field in message.fields]}')
+                              f'{[(field.name, field.datatype) for field in message.fields]}'
+                              "; choose such fields at the camera's driver")
     return [int(fields[axis].offset) for axis in 'xyz'], FLOAT_BYTES[kinds.pop()]
 
 
@@ -93,15 +97,18 @@ def _row_step(name: str, message: Any, step: int, least: int) -> int:
     Raises ConversionError unless the data have all rows.
     """
     if message.width == 0 or message.height == 0:
-        raise ConversionError(f'{name}: expected pixels, found {message.width} x {message.height}')
+        raise ConversionError(f'{name}: expected pixels, found {message.width} x {message.height}'
+                              "; look at the camera's driver")
     if step in (0, least * message.height) and len(message.data) == least * message.height:
         return least
     if step < least:
-        raise ConversionError(f'{name}: expected rows of {least} bytes or more, found {step}')
+        raise ConversionError(f'{name}: expected rows of {least} bytes or more, found {step}'
+                              "; look at the camera's driver")
     needed = step * (message.height - 1) + least
     if len(message.data) < needed:
         raise ConversionError(f'{name}: expected {needed} bytes of data, '
-                              f'found {len(message.data)}')
+                              f'found {len(message.data)}'
+                              "; look at the camera's driver")
     return step
 
 
@@ -109,7 +116,8 @@ def camera_from_info(message: CameraInfo) -> PinholeCamera:
     """Return the intrinsics of a calibrated camera. Raises ConversionError."""
     K = np.array(message.k, np.float64).reshape(3, 3)
     if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
-        raise ConversionError(f'camera_info: expected a calibrated camera, found K {K.tolist()}')
+        raise ConversionError(f'camera_info: expected a calibrated camera, found K {K.tolist()}'
+                              '; calibrate it, or let its driver publish the calibration')
     distortion = np.array(message.d, np.float64)
     lengths = DISTORTION_MODELS.get(message.distortion_model)
     if lengths is not None and not distortion[lengths[-1]:].any():
@@ -117,7 +125,7 @@ def camera_from_info(message: CameraInfo) -> PinholeCamera:
     if lengths is None or len(distortion) not in lengths or not np.isfinite(distortion).all():
         raise ConversionError('camera_info: expected plumb_bob with 5 or rational_polynomial '
                               f'with 8 finite coefficients, found "{message.distortion_model}" '
-                              f'with {distortion.tolist()}')
+                              f'with {distortion.tolist()}; choose one at the driver')
     return PinholeCamera(K, distortion, message.width, message.height)
 
 
@@ -129,11 +137,12 @@ def capture_from_messages(image: Image, info: CameraInfo, cloud: PointCloud2) ->
     stamps = [stamp_to_ns(message.header.stamp) for message in (image, info, cloud)]
     if len(set(stamps)) > 1:
         raise ConversionError('capture: expected one stamp for image, camera_info and cloud, '
-                              f'found {stamps}')
+                              f'found {stamps}; let the driver give all three that of the capture')
     sizes = [(message.width, message.height) for message in (image, info, cloud)]
     if len(set(sizes)) > 1:
         raise ConversionError('capture: expected one size for image, camera_info and cloud, '
-                              f'found {", ".join(f"{w} x {h}" for w, h in sizes)}')
+                              f'found {", ".join(f"{w} x {h}" for w, h in sizes)}'
+                              '; let the driver publish all three in one')
     return Capture(stamps[0], cloud.header.frame_id, image_to_rgb(image), cloud_to_xyz(cloud),
                    camera_from_info(info))
 

@@ -36,10 +36,14 @@ class CapturePairer:
         """
         return self._pairer.overtaken(stamp_ns, topics.CAMERA_INFO)
 
-    def give_up(self, before_ns: int = 0) -> list[str]:
-        """Forget captures begun before this time, or the oldest of many; return what they lack."""
+    def give_up(self, before_ns: int = 0, hint: str = '') -> list[str]:
+        """Forget captures begun before this time, or the oldest of many; return what they lack.
+
+        The hint says what to do where the camera info came, which is small, but not all else.
+        """
         return [f'capture: expected {", ".join(topics.CAMERA)} of one stamp, '
                 f'found no {" and no ".join(missing)}'
+                + (f'; {hint}' if hint and topics.CAMERA_INFO not in missing else '')
                 for missing in self._pairer.expired(before_ns)]
 
     def clear(self) -> None:

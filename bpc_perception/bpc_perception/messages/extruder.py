@@ -52,10 +52,12 @@ def joint_motion(message: JointState, joint: str) -> tuple[float, float]:
     """
     if joint not in message.name:
         raise ConversionError(f'{joint}: expected this joint, '
-                              f'found {", ".join(message.name) or "none"}')
+                              f'found {", ".join(message.name) or "none"}'
+                              '; set plunger.joint to one of them')
     index = list(message.name).index(joint)
     velocity, position = (float(values[index]) if len(values) > index else float('nan')
                           for values in (message.velocity, message.position))
     if not np.isfinite(velocity):
-        raise ConversionError(f'{joint}: expected a velocity, found none')
+        raise ConversionError(f'{joint}: expected a velocity, found none'
+                              '; let its driver publish it')
     return velocity, position

@@ -52,12 +52,14 @@ class FlangePoses:
             controller_stamp_ns = self._controller.map(controller_ns, received_ns)
             if controller_stamp_ns is None:
                 raise ConversionError('lbr_state: expected messages without much delay, found '
-                                      'one held up, or a clock that was set')
+                                      'one held up, or a clock that was set'
+                                      '; look for a busy computer or network')
             return controller_stamp_ns, T_base_flange
         stamp_ns = stamp_to_ns(message.header.stamp)
         if source == 'joint_states':
             if stamp_ns == 0:
-                raise ConversionError('joint_states: expected a stamp, found 0')
+                raise ConversionError('joint_states: expected a stamp, found 0'
+                                      "; let the robot's driver stamp them")
             return stamp_ns, joints_to_matrix(message, robot)
         check_frame('pose', message, self._base_frame)
         return stamp_ns, pose_to_matrix(message.pose)

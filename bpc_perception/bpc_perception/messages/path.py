@@ -58,7 +58,7 @@ def path_from_message(message: DepositionPathMsg) -> DepositionPath:
     if not (np.isfinite(points).all() and np.isfinite(time).all() and (np.diff(time) > 0).all()
             and np.isfinite(arc_length).all() and (np.diff(arc_length) >= 0).all()):
         raise ConversionError('deposition_path: expected finite points, and times and arc lengths '
-                              'that increase, found others')
+                              'that increase, found others; is its sender bpc?')
     return DepositionPath(
         print_id=message.print_id, start_ns=stamp_to_ns(message.header.stamp),
         complete_until=message.complete_until, finished=bool(message.finished), time=time,

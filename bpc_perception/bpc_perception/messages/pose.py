@@ -29,7 +29,7 @@ def pose_to_matrix(message: Pose) -> Array:
     try:
         return pose_matrix(np.array((p.x, p.y, p.z)), np.array((q.x, q.y, q.z, q.w)))
     except ValueError as error:
-        raise ConversionError(str(error)) from error
+        raise ConversionError(f'{error}; look at what publishes it') from error
 
 
 def joints_to_matrix(message: JointState, robot: str) -> Array:

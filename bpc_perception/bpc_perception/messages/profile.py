@@ -82,11 +82,11 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
     status, thickness = np.array(message.status, np.uint8), np.array(message.thickness)
     if (unknown := status[status > max(Status)]).size:
         raise ConversionError(f'thickness_profile: expected each status up to {max(Status)}, '
-                              f'found {unknown[0]}')
+                              f'found {unknown[0]}; is its sender of another version?')
     measured = thickness[status == Status.MEASURED]
     if (impossible := measured[~((measured > 0) & (measured < np.inf))]).size:
         raise ConversionError('thickness_profile: expected a thickness above 0 where it is '
-                              f'measured, found {impossible[0]}')
+                              f'measured, found {impossible[0]}; is its sender bpc?')
     return ThicknessProfile(
         stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
         print_start_ns=stamp_to_ns(message.print_start), capture=message.capture,

@@ -33,6 +33,8 @@ def stamp_in(data: bytes) -> int:
 
 def check_frame(name: str, message: Any, frame_id: str) -> None:
     """Raise ConversionError when a message names another frame than ``frame_id``."""
-    if message.header.frame_id not in ('', frame_id):
-        raise ConversionError(f'{name}: expected frame {frame_id}, '
-                              f'found {message.header.frame_id}')
+    found = message.header.frame_id
+    if found not in ('', frame_id):
+        raise ConversionError(f'{name}: expected frame {frame_id}, found {found}; set base_frame '
+                              f'of path_recorder and thickness to {found}, or publish in '
+                              f'{frame_id}')

@@ -25,7 +25,8 @@ def message_type(type_name: str) -> Any:
         return getattr(import_module(f'{package}.{kind}'), name)
     except (ValueError, ImportError, AttributeError) as error:
         raise MessageTypeError('message type: expected one that is installed, '
-                               f'found {type_name}') from error
+                               f'found {type_name}'
+                               '; build its package in this workspace') from error
 
 
 @cache
@@ -46,7 +47,8 @@ def message_definition(type_name: str) -> str:
             texts[name] = source.read_text(encoding='utf-8')
         except (ValueError, LookupError, OSError) as error:
             raise MessageTypeError('message type: expected one that is installed, '
-                                   f'found {type_name}') from error
+                                   f'found {type_name}'
+                                   '; build its package in this workspace') from error
         pending += _used_types(package, texts[name])
     first, *others = texts
     separator = '=' * 80

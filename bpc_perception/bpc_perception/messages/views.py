@@ -5,6 +5,8 @@ As for all messages, lengths are in metres and positions in the robot base frame
 
 from __future__ import annotations
 
+from typing import Any
+
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, Quaternion
 import numpy as np
@@ -87,6 +89,16 @@ def markers_message(result: Result, frame_id: str) -> MarkerArray:
     for marker in markers:
         marker.header = header
     return MarkerArray(markers=markers)
+
+
+def no_view(kind: Any, frame_id: str) -> Any:
+    """Return a message of one of these types without a print: no markers, NaN, a black pixel."""
+    header = Header(frame_id=frame_id)
+    if kind is MarkerArray:
+        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
+    if kind is Image:
+        return Image(height=1, width=1, encoding='rgb8', step=3, data=bytes(3))
+    return Float64(data=float('nan'))
 
 
 def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) -> list[Marker]:

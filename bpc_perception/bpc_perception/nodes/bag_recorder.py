@@ -16,6 +16,7 @@ from rclpy.node import Node
 
 from bpc_interfaces.msg import DepositionPathUpdate
 from bpc_perception.core.config import BagRecorderConfig
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import print_id_in
@@ -135,7 +136,7 @@ class BagRecorderNode(Node):
     def _check_place(self) -> None:
         if not (self.failure or self._bag.in_place):
             self._diagnostics.warn(f'{self._bag.path}: expected the recording there, '
-                                   'found it moved or removed')
+                                   'found it moved or removed; leave it until it is complete')
         if self._prints is not None and self._prints.print_id and not self.failure:
             free = inf  # where nobody can tell
             with suppress(OSError):
@@ -172,7 +173,7 @@ def main(on_progress: Callable[[dict[str, int], int], None] | None = None) -> No
 
     run(bag_recorder, large_messages=True, fast_streams=True, complete=methodcaller('complete'))
     if made and made[0].failure:
-        print(f'bag_recorder: {made[0].failure}', file=sys.stderr)
+        print(f'bag_recorder: {one_line(made[0].failure)}', file=sys.stderr)
         sys.exit(REFUSED)
 
 

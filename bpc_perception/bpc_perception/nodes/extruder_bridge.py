@@ -67,7 +67,8 @@ class ExtruderBridgeNode(Node):
             self._describe(state)
             if stamp_ns is None:
                 self._diagnostics.refuse('extruder: expected lines without much delay, found '
-                                         'one held up, or a clock that was set')
+                                         'one held up, or a clock that was set'
+                                         '; look for a busy computer')
                 continue
             self._publish(stamp_ns, self._plunger.motion(state), state.error_status)
 
@@ -75,7 +76,7 @@ class ExtruderBridgeNode(Node):
         if (state.device_ns is not None and last.device_ns is not None
                 and state.device_ns < last.device_ns):
             self._diagnostics.warn('extruder: expected its clock to run on, found it started '
-                                   'anew: it was reset')
+                                   'anew: it was reset; home it')
         if state.step_mode != last.step_mode:
             self._diagnostics.warn(f'extruder: step mode changed from {last.step_mode} to '
                                    f'{state.step_mode}; its position is carried over')
@@ -84,7 +85,8 @@ class ExtruderBridgeNode(Node):
         """Put on /diagnostics what is useful to know of a state beside the motion."""
         errors = error_names(state.error_status)
         if state.error_status:
-            self._diagnostics.warn(f'extruder: the motor is stopped: {errors}')
+            self._diagnostics.warn(f'extruder: the motor is stopped: {errors}'
+                                   '; clear the error at the driver')
         for key, value in (
                 ('operation state', OPERATION_STATES.get(state.operation_state,
                                                          state.operation_state)),

@@ -35,6 +35,7 @@ from bpc_perception.runtime.run import run
 # The buttons of the page, each with its service.
 BUTTON_SERVICES = {'capture': 'capture', 'start': 'path_recorder/start',
                    'stop': 'path_recorder/stop', 'save': 'path_recorder/save'}
+NO_VIEW_BYTES = 3  # of the picture that stands for none
 TARGET_PERIOD_S = 5.0  # how often the target is asked for, since it can be changed
 
 
@@ -80,16 +81,26 @@ class PageNode(Node):
             message = deserialize_message(self._packed, ThicknessProfile)
             self._packed = None
             with self._showing():
-                self._board.profile = profile_from_message(message)
+                profile = profile_from_message(message)
+                if profile.print_id:
+                    self._board.profile = profile
+                else:
+                    self._board.forget_print()
 
     def _on_advice(self, message: RateAdvice) -> None:
         with self._showing():
-            self._board.advise(advice_from_message(message))
+            advice = advice_from_message(message)
+            if advice.print_id:
+                self._board.advise(advice)
+            else:  # the print was cleared
+                self._packed = None
+                self._board.forget_print()
 
     def _on_overlay(self, message: Image) -> None:
         with self._showing():
-            self._board.overlay = overlay_of(stamp_to_ns(message.header.stamp),
-                                             image_to_rgb(message))
+            image = image_to_rgb(message)
+            self._board.overlay = (overlay_of(stamp_to_ns(message.header.stamp), image)
+                                   if image.size > NO_VIEW_BYTES else None)
 
     @contextmanager
     def _showing(self) -> Iterator[None]:
@@ -99,7 +110,8 @@ class PageNode(Node):
         except ConversionError as error:
             self._diagnostics.refuse(error)
         except cv2.error as error:  # the shape does not allow a JPEG
-            self._diagnostics.refuse(f'overlay: expected an image to show, found: {error}')
+            self._diagnostics.refuse(f'overlay: expected an image to show, found: {error}'
+                                     '; is its sender bpc?')
         else:
             self._server.notify()
 

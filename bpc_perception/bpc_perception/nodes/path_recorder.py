@@ -67,7 +67,8 @@ class PathRecorderNode(Node):
         if taken:
             self._diagnostics.count('poses')
         else:
-            self._diagnostics.refuse('pose: expected a later stamp than the last, found it late')
+            self._diagnostics.refuse('pose: expected a later stamp than the last, found it late'
+                                     '; let one robot alone publish, with its own stamps')
 
     def _on_extruder(self, message: ExtrusionState) -> None:
         self._diagnostics.heard(topics.EXTRUSION)
@@ -80,12 +81,13 @@ class PathRecorderNode(Node):
             return
         if message.error_status:
             self._diagnostics.warn('extrusion_state: expected no error, found error_status '
-                                   f'{message.error_status}')
+                                   f'{message.error_status}; clear it at the extruder')
         if self._tracker.add_extruder(sample):
             self._diagnostics.count('extrusion states')
         else:
             self._diagnostics.refuse(
-                'extrusion_state: expected a later stamp than the last, found it late')
+                'extrusion_state: expected a later stamp than the last, found it late'
+                '; let one extruder alone publish, with its own stamps')
 
     def _resume(self) -> None:
         """Go on with the print before, as a rule one that ran when the node was killed."""
@@ -105,6 +107,7 @@ class PathRecorderNode(Node):
     def _forget(self) -> None:
         self._tracker.clear()
         self._journal.forget()
+        self._publisher.clear(self.get_clock().now().nanoseconds)
 
     def _start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = self._tracker.start(self.get_clock().now().nanoseconds)
@@ -124,7 +127,7 @@ class PathRecorderNode(Node):
     def _save(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         path = self._tracker.path()
         if path is None:
-            response.message = 'expected a print, found none started'
+            response.message = 'expected a print, found none started; push ink out, or start one'
             return response
         try:
             target = inside(self._config.output_folder, path.print_id)

@@ -149,7 +149,8 @@ class ResultsWriterNode(Node):
             self._diagnostics.count('times written')
         except (OSError, ValueError, MemoryError) as error:
             self._diagnostics.refuse(f'results: expected to write {self._results.folder}, '
-                                     f'found: {in_words(error)}')
+                                     f'found: {in_words(error)}; make room there, or let it be '
+                                     'written to')
         self._written = time.monotonic()
 
     def finish(self) -> None:

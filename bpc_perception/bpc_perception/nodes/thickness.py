@@ -11,12 +11,17 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import (
+    RateAdvice as RateAdviceMsg,
+    ThicknessProfile as ThicknessProfileMsg,
+)
+from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Session
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.setup_file import load_setup, save_setup
@@ -34,6 +39,7 @@ from bpc_perception.runtime.diagnostics import Diagnostics, in_words
 from bpc_perception.runtime.parameters import NodeConfig
 from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
+from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint
 
 SETUP = 'setup.json'  # in the state folder
 CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
@@ -60,9 +66,11 @@ class ThicknessNode(Node):
         self._diagnostics = Diagnostics(self, watch=config.watch)
         self._diagnostics.expect(CAPTURES, paced=True)
         self._frame = config.base_frame
-        self._profiles = self.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
-        self._advice = self.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+        self._profiles = self.create_publisher(
+            ThicknessProfileMsg, topics.PROFILE, topics.RESULT_QOS)
+        self._advice = self.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
         self._views = Views(self, self._frame)
+        self._told = False  # whether the last that was published is of a print
         for name, kind in topics.CAMERA.items() if camera_topics else ():
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
             subscribe_single_source(self, kind, name, partial(self._on_camera, name), qos,
@@ -97,9 +105,13 @@ class ThicknessNode(Node):
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
         if not self._session.add_flange_pose(stamp_ns, T_base_flange):
             self._diagnostics.refuse('pose: expected one later than the last and within its '
-                                     'reach, found it late, twice or a jump')
+                                     'reach, found it late, twice or a jump'
+                                     '; let one robot alone publish, with its own stamps')
 
     def _on_path(self, path: DepositionPath) -> None:
+        if not path.print_id:  # it was cleared
+            self._forget_print()
+            return
         self._session.set_path(path)
         self._news.trigger()
 
@@ -128,6 +140,7 @@ class ThicknessNode(Node):
                 continue
             self._profiles.publish(profile_to_message(result.profile, self._frame))
             self._advice.publish(advice_to_message(result.advice))
+            self._told = True
             self._diagnostics.count('profiles')
             try:
                 self._views.publish(result)
@@ -147,7 +160,7 @@ class ThicknessNode(Node):
             save_setup(self._setup_file, setup, self._now_ns())
         except OSError as error:
             self._diagnostics.warn(f'state_folder: expected to write {self._setup_file}, '
-                                   f'found: {error}')
+                                   f'found: {error}; make room there, or let it be written to')
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
@@ -155,7 +168,8 @@ class ThicknessNode(Node):
     def _check_waiting(self) -> None:
         self._news.trigger()
         patience_ns = round(self._config.value.patience * 1e9)
-        for problem in self._pairer.give_up(time.monotonic_ns() - patience_ns):
+        before_ns = time.monotonic_ns() - patience_ns
+        for problem in self._pairer.give_up(before_ns, lost_captures_hint()):
             self._diagnostics.refuse(problem)
 
     def _reconfigure(self, config: ThicknessConfig) -> None:
@@ -164,8 +178,18 @@ class ThicknessNode(Node):
     def _clear(self) -> None:
         self._handed_over.clear()
         self._path.clear()
-        self._session.clear()
         self._pairer.clear()
+        self._forget_print()
+
+    def _forget_print(self) -> None:
+        """Forget what was received of the print, and tell those who know of it."""
+        self._session.clear()
+        if self._told:
+            now_ns = self._now_ns()
+            self._profiles.publish(profile_to_message(ThicknessProfile.none(now_ns), self._frame))
+            self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
+            self._views.clear()
+            self._told = False
 
 
 def main() -> None:

@@ -123,6 +123,10 @@ class Board:
         self.target: TargetBand | None = None
         self.events: tuple[Event, ...] = ()
 
+    def forget_print(self) -> None:
+        """Show no print any more; what happened to it can still be read."""
+        self.profile = self.advice = self.overlay = None
+
     def advise(self, advice: RateAdvice) -> None:
         """Take new advice; an alarm is an event, counted while it lasts."""
         self.advice = advice

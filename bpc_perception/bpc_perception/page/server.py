@@ -55,7 +55,8 @@ class PageServer:
         try:
             self._socket = socket.create_server((HOST, port))
         except OSError as error:
-            raise OSError(f'port: expected {port} to be free, found: {error.strerror}') from error
+            raise OSError(f'port: expected {port} to be free, found: {error.strerror}'
+                          '; end what listens there, or set port to another') from error
         self._server = uvicorn.Server(uvicorn.Config(
             self._make_app(), log_config=None, access_log=False, server_header=False,
             timeout_graceful_shutdown=round(END_TIMEOUT_S),

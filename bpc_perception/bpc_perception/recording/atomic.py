@@ -24,7 +24,8 @@ def atomic_bag(target: str | Path,
     """
     target = Path(target)
     if target.exists():
-        raise BagError(f'{target}: expected a new bag, found that it exists')
+        raise BagError(f'{target}: expected a new bag, found that it exists'
+                       '; name another, or move it away')
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix='.bpc-', dir=target.parent) as beside:
         with BagWriter(Path(beside) / target.name, about=about) as bag:
@@ -35,5 +36,6 @@ def atomic_bag(target: str | Path,
 def inside(folder: str | Path, name: str) -> Path:
     """Return the path of a name in a folder. Raises ValueError when the name leads elsewhere."""
     if name in ('', '.', '..') or '/' in name or '\0' in name:
-        raise ValueError(f'{folder}: expected the name of a file in it, found {name!r}')
+        raise ValueError(f'{folder}: expected the name of a file in it, found {name!r}'
+                         '; choose one without a folder')
     return Path(folder) / name

@@ -56,7 +56,8 @@ class Bag:
         self.topics = _most_frequent(counts)
         if not self.topics:
             kind = 'a sqlite3 bag' if kind_of(self.files[0]) == SQLITE else 'an MCAP file'
-            raise BagError(f'{self.path}: expected {kind} with messages, found none')
+            raise BagError(f'{self.path}: expected {kind} with messages, found none'
+                           '; is it the right recording?')
 
     def messages(self, topics: set[str]) -> Iterator[BagMessage]:
         """Yield the messages of these topics in the order of recording. Raises BagError."""

@@ -57,7 +57,8 @@ class BagWriter:
         """Begin a bag; metadata.yaml gets what ``about`` says. Raises BagError, OSError."""
         self.path = Path(path)
         if self.path.exists():
-            raise BagError(f'{path}: expected a new bag, found that it exists')
+            raise BagError(f'{path}: expected a new bag, found that it exists'
+                           '; name another, or move it away')
         self.path.mkdir(parents=True)
         self._file = self.path / f'{self.path.name}_0.mcap'
         compression = CompressionType.ZSTD if compress else CompressionType.NONE
@@ -142,7 +143,8 @@ class BagWriter:
     @contextmanager
     def _writing(self) -> Iterator[None]:
         if self._torn:
-            raise OSError(f'{self._file}: expected a file to go on with, found it torn')
+            raise OSError(f'{self._file}: expected a file to go on with, found it torn'
+                          '; begin another recording')
         try:
             yield
         except OSError:

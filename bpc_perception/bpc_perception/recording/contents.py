@@ -49,7 +49,8 @@ def find_topic(bag: Bag, name: str, message_class: Any) -> str:
     """
     found = topics_named(bag, name, message_class)
     if len(found) != 1:
-        choose = f'; choose one with --remap {name}:=TOPIC' if found else ''
+        choose = (f'; choose one with --remap {name}:=TOPIC' if found else
+                  f'; record it, or choose another with --remap {name}:=TOPIC')
         raise BagError(f'{bag.path}: expected one topic {bag.others.get(name, name)} '
                        f'({topics.type_name(message_class)}), found '
                        f'{" and ".join(found) or "none among " + ", ".join(sorted(bag.topics))}'
@@ -103,7 +104,8 @@ def flange_poses(bag: Bag, config: PoseConfig, base_frame: str) -> tuple[NDArray
             continue
         found[stamp_ns] = pose
     if not found:
-        raise BagError(f'{bag.path}: expected poses of the flange on {topic}, found none')
+        raise BagError(f'{bag.path}: expected poses of the flange on {topic}, found none'
+                       '; set pose.source and base_frame to what was recorded')
     stamps = sorted(found)
     return np.array(stamps, np.int64), np.stack([found[stamp] for stamp in stamps])
 

@@ -75,9 +75,10 @@ def load(bag: Path, hand_eye: Path | None, parameters: Path | None,
     hand_eye = hand_eye or folder / HAND_EYE
     if not hand_eye.exists() and hand_eye.parent == folder:
         raise ValueError(f'hand-eye calibration: expected --handeye FILE or {folder / HAND_EYE}, '
-                         'found neither')
+                         'found neither; "bpc calibrate handeye" makes one')
     if not hand_eye.exists():
-        raise ValueError(f'hand-eye calibration: expected {hand_eye}, found nothing there')
+        raise ValueError(f'hand-eye calibration: expected {hand_eye}, found nothing there'
+                         '; name the right file with --handeye')
     own = parameters is None and (folder / PARAMETERS).exists()
     if own:
         parameters = folder / PARAMETERS

@@ -131,7 +131,8 @@ class _OfflineMeasurement:
         apart = np.diff(np.sort(self._state_stamps)) * 1e-9
         if len(apart) and np.median(apart) > self._longest_hold:
             logger.warning('%s: expected a state each %g s or more often, found them too far '
-                           'apart, %.1f s: most of the time it is not known whether ink flows',
+                           'apart, %.1f s: most of the time it is not known whether ink flows'
+                           '; let it publish more often, or raise path.extrusion_timeout',
                            topics.EXTRUSION, self._longest_hold, np.median(apart))
 
     def _of_the_print(self, results: Iterator[Result]) -> Iterator[Result]:
@@ -164,11 +165,18 @@ class _OfflineMeasurement:
         return self._tracker.add_extruder(state)
 
     def _take_path(self, message: Any, _: int) -> bool:
-        self._session.set_path(path_from_message(message))
+        path = path_from_message(message)
+        if path.print_id:
+            self._session.set_path(path)
+        else:  # it was cleared
+            self._session.clear()
         return True
 
     def _follow_path(self, message: Any, _: int) -> bool:
-        self._tracker.follow(path_from_message(message))
+        path = path_from_message(message)
+        self._tracker.follow(path)
+        if not path.print_id:  # it was cleared
+            self._session.clear()
         return True
 
     def _take_camera_message(self, name: str, message: Any, _: int) -> bool:
@@ -181,7 +189,7 @@ class _OfflineMeasurement:
         if name not in self._warned:
             self._warned.add(name)
             logger.warning('%s: expected what is later than the last and within its reach, found '
-                           'some late, twice or a jump', topic)
+                           'some late, twice or a jump; let one alone publish it', topic)
 
 
 def _find_path_sources(bag: Bag, poses: FlangePoses) -> dict[str, str]:
@@ -198,7 +206,8 @@ def _find_path_sources(bag: Bag, poses: FlangePoses) -> dict[str, str]:
                                   topics.EXTRUSION: topics.PRINT[topics.EXTRUSION]})
     silent = [topic for topic in found if bag.count(topic) == 0]
     if silent:
-        raise BagError(f'{bag.path}: expected messages on {" and ".join(silent)}, found none')
+        raise BagError(f'{bag.path}: expected messages on {" and ".join(silent)}, found none'
+                       '; see that their nodes run while you record')
     return found
 
 

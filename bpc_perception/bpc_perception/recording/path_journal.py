@@ -93,7 +93,8 @@ class PathJournal:
                   for name, value in self._settings.items() if before.get(name) != value]
         if others:
             raise OtherSettingsError(f'print: expected {path.print_id} to be of the same '
-                                     f'settings, found {", ".join(others)}')
+                                     f'settings, found {", ".join(others)}'
+                                     '; start with those to go on with it')
         return path
 
     def _read(self) -> GrowingPath | None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 import shutil
+from typing import Any
 
 from mcap.records import Attachment, Metadata
 
@@ -52,7 +53,7 @@ def recover_bag(path: Path, out: Path) -> Recovered:
     folder = files[0].parent
     messages: Counter[str] = Counter()
     said = description(folder)
-    about = {name: said[name] for name in KEPT_OF_METADATA if name in said}
+    about = {name: said[name] for name in KEPT_OF_METADATA if _is_plain(said.get(name))}
     with atomic_bag(out, about) as writer:
         for file in files:
             for record in _beside_messages(file):
@@ -67,6 +68,12 @@ def recover_bag(path: Path, out: Path) -> Recovered:
                 shutil.copy(folder / name, writer.path)
     return Recovered(dict(messages),
                      [name for name in beside if name not in inputs.KEPT_BESIDE])
+
+
+def _is_plain(said: Any) -> bool:
+    """Return whether it is a text, or texts by name: aliases could make a billion of it."""
+    texts = said.items() if isinstance(said, dict) else [(said, said)]
+    return all(isinstance(each, str) for entry in texts for each in entry)
 
 
 def _beside_messages(file: Path) -> Iterator[Attachment | Metadata]:

@@ -85,7 +85,8 @@ def load(folders: Sequence[Path]) -> list[PrintResult]:
     """
     folders = [place for folder in folders for place in _prints_in(folder)]
     if len(folders) < 2:
-        raise ValueError('compare: expected two prints or more, found one')
+        raise ValueError('compare: expected two prints or more, found one'
+                         '; name the folders of two results')
     short = [folder.absolute().name for folder in folders]
     names = short if len(set(short)) == len(short) else [str(folder) for folder in folders]
     return [_load(folder, name) for folder, name in zip(folders, names, strict=True)]
@@ -98,14 +99,15 @@ def _prints_in(folder: Path) -> list[Path]:
     try:
         return [folder / each['folder'] for each in prints] if prints else [folder]
     except (LookupError, TypeError) as error:
-        raise ValueError(f'{file}: expected prints with their folders, found: {error}') from error
+        raise ValueError(f'{file}: expected prints with their folders, found: {error}'
+                         '; measure it again') from error
 
 
 def _load(folder: Path, name: str) -> PrintResult:
     for file in ('profile.csv', SUMMARY):
         if not (folder / file).is_file():
             raise ValueError(f'{folder}: expected a folder with profile.csv and summary.json, '
-                             f'found no {file}')
+                             f'found no {file}; name one that "bpc measure" wrote')
     summary = _read_summary(folder)
     arc_length, thickness, status = _read_profile(folder / 'profile.csv')
     return PrintResult(name, summary, arc_length, thickness, status == Status.MEASURED,
@@ -116,7 +118,7 @@ def _read_summary(folder: Path) -> dict[str, Any]:
     summary, file = _read_json(folder), folder / SUMMARY
     missing = [key for key in ('print_id', 'thickness_mean_mm') if key not in summary]
     if missing:
-        raise ValueError(f'{file}: expected {missing[0]}, found none')
+        raise ValueError(f'{file}: expected {missing[0]}, found none; measure it again')
     return summary
 
 
@@ -125,9 +127,11 @@ def _read_json(folder: Path) -> dict[str, Any]:
     try:
         summary = read_summary(folder)
     except ValueError as error:
-        raise ValueError(f'{file}: expected a summary as JSON, found: {error}') from error
+        raise ValueError(f'{file}: expected a summary as JSON, found: {error}'
+                         '; measure it again') from error
     if not isinstance(summary, dict):
-        raise ValueError(f'{file}: expected a summary as JSON, found a {type(summary).__name__}')
+        raise ValueError(f'{file}: expected a summary as JSON, found a {type(summary).__name__}'
+                         '; measure it again')
     return summary
 
 
@@ -141,7 +145,7 @@ def _read_profile(file: Path) -> tuple[Array, Array, NDArray[np.uint8]]:
         status = np.array([Status[sample['status']] for sample in samples], np.uint8)
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f'{file}: expected a profile as bpc writes it, '
-                         f'found: {error!r}') from error
+                         f'found: {error!r}; measure it again') from error
     return arc_length, thickness, status
 
 

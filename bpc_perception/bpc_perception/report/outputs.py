@@ -80,4 +80,5 @@ def _contents(log: PrintLog, provenance: Provenance, figures: bool) -> Mapping[s
 def check_figures(wanted: bool) -> None:
     """Raise ValueError if figures are wanted and there is nothing to draw them with."""
     if wanted and find_spec('matplotlib') is None:
-        raise ValueError('--figures: expected the package matplotlib, found none')
+        raise ValueError('--figures: expected the package matplotlib, found none'
+                         '; install it, as with pip, or leave out --figures')

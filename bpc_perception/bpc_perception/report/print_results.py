@@ -91,10 +91,11 @@ class PrintResults:
         self._write()
         if self._missing:
             raise ValueError(f'{bag}: expected capture {self._wanted.capture}, found '
-                             f'{", ".join(map(str, self._missing))}')
+                             f'{", ".join(map(str, self._missing))}'
+                             '; name one of these with --capture')
         if not self._written:
             raise ValueError(f'{bag}: expected print {self._wanted.print_number}, '
-                             f'found {self.number}')
+                             f'found {self.number}; name one of these with --print')
         if len(self._written) == 1:
             place = self._folder / self._written[0]['folder']
             for path in place.iterdir():

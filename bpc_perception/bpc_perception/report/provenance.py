@@ -25,7 +25,7 @@ class Provenance:
     """Where a result comes from.
 
     Attributes:
-        bag: the recording, as the user named it.
+        bag: the recording, by its absolute path.
         hand_eye: file of the hand-eye calibration.
         settings: dotted names and values of the ThicknessConfig.
         versions: see versions().
@@ -80,7 +80,7 @@ def provenance_of(recording: Inputs) -> Provenance:
     """Return what the files say about where a result comes from."""
     settings = settings_of(recording.thickness, recording.recorder)
     used_versions = versions()
-    return Provenance(str(recording.bag.path), str(recording.hand_eye_file), settings,
+    return Provenance(str(recording.bag.path.absolute()), str(recording.hand_eye_file), settings,
                       used_versions, recording.targets,
                       fingerprint(recording, settings, used_versions))
 

@@ -27,14 +27,30 @@ def check_out(folder: Path) -> None:
     """
     if recorded := holds_recording(folder):
         raise ValueError(f'{folder}: expected a folder for results of their own, found that of '
-                         f'a recording or a live print, with {recorded}')
+                         f'a recording or a live print, with {recorded}; name another with --out')
     if expect_room_for(folder, 'the outputs') != folder or _holds_result(folder):
         return
     foreign = next((path.name for path in sorted(folder.iterdir())
                     if not path.name.startswith('.')), None)
     if foreign is not None:
         raise ValueError(f'{folder}: expected a new folder, an empty one, or an earlier result '
-                         f'of bpc, found {foreign}')
+                         f'of bpc, found {foreign}; name another with --out')
+
+
+def check_recording(folder: Path, bag: Path) -> None:
+    """Raise ValueError if a folder has the result of another recording than this one.
+
+    Recordings in different folders may have equal names, and their results must not take the
+    place of each other.
+    """
+    try:
+        earlier = read_summary(folder)['bag']
+        same = not earlier or Path(earlier).resolve() == bag.resolve()
+    except (OSError, ValueError, LookupError, TypeError):
+        return  # none that can be told from another
+    if not same:
+        raise ValueError(f'{folder}: expected no results there but those of {bag}, found those '
+                         f'of {earlier}; name another folder with --out, or remove it')
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
@@ -55,7 +71,7 @@ def expect_room_for(folder: Path, what: str) -> Path:
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise ValueError(f'{folder}: expected a folder for {what}, '
-                         f'found that {existing} is a file')
+                         f'found that {existing} is a file; name another with --out')
     return existing
 
 

@@ -10,6 +10,7 @@ from rclpy.node import Node
 
 from bpc_perception.core.config import WatchConfig
 from bpc_perception.core.watch.input_watch import InputWatch, Level
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.clock import steady_clock
 
 PUBLISH_PERIOD_S = 1.0  # while nothing changes
@@ -64,13 +65,14 @@ class Diagnostics:
 
     def refuse(self, reason: object) -> None:
         """Count input that cannot be used; the words before the first colon are its kind."""
-        text = str(reason)
+        text = one_line(str(reason))
         self._refusals[self._add_news(text)] += 1
         self._last_refusal = text
         self._node.get_logger().warning(text, throttle_duration_sec=1.0)
 
     def warn(self, text: str) -> None:
         """Warn of something that is wrong, though nothing had to be refused."""
+        text = one_line(text)
         self._add_news(text)
         self._last_warning = text
         self._node.get_logger().warning(text, throttle_duration_sec=10.0)

@@ -18,6 +18,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from bpc_perception.display.plain_text import one_line, printable
 from bpc_perception.runtime.exit_status import DEFECT, REFUSED
 from bpc_perception.runtime.process import (
     end_with_parent,
@@ -47,7 +48,7 @@ class RosLogHandler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Log a record at its level."""
         level = {logging.WARNING: 'warning', logging.ERROR: 'error'}.get(record.levelno, 'info')
-        getattr(self._logger, level)(record.getMessage())
+        getattr(self._logger, level)(printable(record.getMessage()))
 
 
 class _Ending:
@@ -89,7 +90,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
     numbers = ending_signals()
     for number in numbers:
         signal.signal(number, ending.ask)
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    _begin(make_node)
     nodes: list[Node] = []
     failures: list[Exception] = []
     try:
@@ -118,6 +119,17 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         sys.exit(DEFECT)
 
 
+def _begin(make_node: Callable[[], object]) -> None:
+    """Begin with ROS; exit with REFUSED and the reason if its arguments cannot be read."""
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # as of a parameter file, with its line
+        found = one_line(str(error))
+        print(f'{make_node.__name__}: expected ROS arguments that can be read, found: {found}; '
+              'correct them, or the file that is named', file=sys.stderr)
+        sys.exit(REFUSED)
+
+
 def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
     """Make the nodes; exit with REFUSED and the reason if they refuse to start."""
     try:
@@ -125,7 +137,7 @@ def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
             made = make_node()
     except (ValueError, OSError, ParameterException) as error:
         with suppress(OSError):  # no room for it; the status tells as well
-            print(f'{make_node.__name__}: {error}', file=sys.stderr)
+            print(f'{make_node.__name__}: {one_line(str(error))}', file=sys.stderr)
     else:
         return [made] if isinstance(made, Node) else list(made)
     gc.collect()  # half-made nodes then leave the graph

@@ -33,6 +33,8 @@ IN_HAND = HandEye(False, T_FLANGE_CAMERA)
 CONFIG = ThicknessConfig(method='paper', patience=2.0,
                          advice=AdviceConfig(target_thickness=2.2e-3))
 IMAGE = band_image()
+NO_PRINT = ('path: expected a print, found none started; push ink out, or call '
+            'path_recorder/start')
 
 
 def path(complete_until: float, finished: bool = False, print_id: str = 'one',
@@ -145,14 +147,14 @@ def test_without_a_print_a_capture_is_refused_after_its_patience() -> None:
     result, = made.results(now_ns=3 * SECOND)
     assert result.profile is None
     assert result.advice is None
-    assert result.refusal == 'path: expected a print, found none started'
+    assert result.refusal == NO_PRINT
 
 
 def test_an_unnamed_path_is_no_print() -> None:
     made = session(1.0)
     made.set_path(path(1.6, print_id=''))
     assert [result.refusal for result in made.results()] == [
-        'path: expected a print, found none started']
+        NO_PRINT]
 
 
 def test_at_the_end_all_captures_are_dealt_with() -> None:
@@ -176,7 +178,8 @@ def test_a_capture_that_comes_late_or_twice_is_refused(again: float) -> None:
     results = list(made.results())
     assert stamps(results) == [1.0, 1.2, 1.4, again, 1.6]
     assert [result.refusal for result in results if result.profile is None] == [
-        'capture: expected a later stamp than the last, found it late or twice']
+        'capture: expected a later stamp than the last, found it late or twice; let one camera '
+        'alone publish, with a stamp for each capture']
     assert [result.profile.capture for result in results if result.profile] == [0, 1, 2, 3]
 
 
@@ -207,7 +210,8 @@ def test_a_path_of_one_point_is_refused_and_the_next_measured(count: int, method
     made.set_path(whole.where(np.arange(len(whole)) < count))
     made.add_capture(capture_of(IMAGE, at_ns(1.6)))
     result, = made.results()
-    assert result.refusal == f'path: expected 2 points or more before the capture, found {count}'
+    assert result.refusal == (
+        f'path: expected 2 points or more before the capture, found {count}; capture later')
     made.set_path(whole)
     made.add_capture(capture_of(IMAGE, at_ns(1.7)))
     result, = made.results()
@@ -260,7 +264,7 @@ def test_clear_forgets_captures_and_path() -> None:
     assert list(made.results(finish=True)) == []
     made.add_capture(capture_of(IMAGE, at_ns(0.4)))
     result, = made.results(finish=True)
-    assert result.refusal == 'path: expected a print, found none started'
+    assert result.refusal == NO_PRINT
 
 
 # Camera in hand: the flange is where it has to be for the camera to look down at the bed.

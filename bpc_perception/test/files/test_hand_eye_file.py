@@ -61,7 +61,7 @@ def good_without(*lines: str) -> str:
     (GOOD.format(mount='eye_in_foot'), r"expected .*eye_on_base or eye_in_hand, found 'eye_in_fo"),
     (GOOD.format(mount='[eye_on_base]'), r'expected .*eye_on_base or eye_in_hand, found \['),
     (GOOD.format(mount='eye_on_base').replace('w: 0.7', 'w: 0.1'), r'.*length 1, found 0.71'),
-    (GOOD.format(mount='eye_on_base').replace('0.70710678', '0.0'), r'.*length 1, found 0$'),
+    (GOOD.format(mount='eye_on_base').replace('0.70710678', '0.0'), r'.*length 1, found 0; write'),
     (GOOD.format(mount='eye_on_base').replace('x: 0.1', 'x: .nan'), r'pose: expected finite'),
     (GOOD.format(mount='eye_on_base').replace('x: 0.1', 'x: near'), r'expected .*found'),
     (GOOD.format(mount='eye_on_base').replace('x: 0.1, ', ''), r"expected .*found: 'x'"),

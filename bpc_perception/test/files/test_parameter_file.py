@@ -89,3 +89,34 @@ def test_every_node_may_have_a_section() -> None:
     named = {line.split("'")[1] for file in folder.glob('*.py')
              for line in file.read_text('utf-8').splitlines() if "super().__init__('" in line}
     assert set(NODES) == named
+
+
+@pytest.mark.parametrize(('text', 'found'), [
+    ('thickness:\n  ros__parameters: [\n', r"'<stream end>', in line 3, column 1; correct"),
+    ('thickness:\n  ros__parameters:\n\t  method: x\n',
+     r"character '\\t' that cannot start any token, in line 3, column 1;"),
+    ('thickness:\n  ros__parameters:\n    method: a: b\n',
+     r'mapping values are not allowed here, in line 3, column 14;'),
+    ('a: &x 1\nb: *x\n', r'an alias, \*x, in line 2, column 4;'),
+    ('a: 1\nb: 2024-99-99\n', r"'2024-99-99' as a value, in line 2, column 4;"),
+    ('a: 1\nb: \x07\n', r"the control character '\\x07', in line 2, column 4;"),
+    ('a: "\\UFFFFFFFF"', r'.'),
+    ('a: 1\nß: caf\xe9'.encode('latin-1'), r'letters that are not UTF-8, in line 2, column 1;'),
+])
+def test_a_broken_file_is_named_with_line_and_column(
+        tmp_path: Path, text: str | bytes, found: str) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(ParameterFileError, match=rf'^{file}: .*found: .*{found}') as refused:
+        configure(ThicknessConfig(), 'thickness', file)
+    assert '\n' not in str(refused.value)
+
+
+@pytest.mark.parametrize(('text', 'found'), [
+    ('- 1', r'found \[1\] under no node'), ('[]', r'found \[\] under no node'),
+    ('thickness: {method: paper}', r"found 'paper' under thickness\.method"),
+    ('ros__parameters: {method: paper}', r'found it at the top'),
+    ('thickness: {ros__parameters: [1]}', r'found \[1\] in that of thickness')])
+def test_a_file_of_another_form_is_told_where(tmp_path: Path, text: str, found: str) -> None:
+    with pytest.raises(ParameterFileError, match=rf'expected ros__parameters .*, {found}'):
+        target(tmp_path, text)

@@ -100,7 +100,8 @@ def test_start_and_stop_by_service(graph: Any) -> None:
 def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
     bench = recorder_bench(graph, output_folder=str(tmp_path))
     nothing = bench.call('path_recorder/save')
-    assert (nothing.success, nothing.message) == (False, 'expected a print, found none started')
+    assert (nothing.success, nothing.message) == (
+        False, 'expected a print, found none started; push ink out, or start one')
     message = print_line(bench)[-1]
     saved = bench.call('path_recorder/save')
     assert saved.success
@@ -112,6 +113,24 @@ def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
     assert 'expected a new bag' in again.message
     assert bench.call('path_recorder/clear').success
     assert not bench.call('path_recorder/save').success
+
+
+def test_after_a_print_was_cleared_its_path_stands_no_longer(graph: Any) -> None:
+    bench = recorder_bench(graph)
+    viewed = bench.listen(topics.NAV_PATH, topics.RESULTS[topics.NAV_PATH], topics.PATH_QOS)
+    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.PATH_UPDATE_QOS)
+    paths = print_line(bench)
+    bench.until(lambda: viewed)
+    assert bench.call('path_recorder/clear').success
+    bench.until(lambda: not paths[-1].print_id and not updates[-1].path.print_id)
+    for message in (paths[-1], updates[-1].path):
+        assert (message.print_id, message.finished, len(message.x)) == ('', True, 0)
+    bench.until(lambda: not viewed[-1].poses)
+    late: list[Any] = []
+    graph.make(Node, 'late').create_subscription(
+        topics.RESULTS[topics.PATH], topics.PATH, late.append, topics.PATH_QOS)
+    bench.until(lambda: late)
+    assert late == [paths[-1]]
 
 
 def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
@@ -161,7 +180,8 @@ def test_an_extruder_in_error_is_warned_of(graph: Any) -> None:
     state = extrusion(0.1)
     state.error_status = 1 << 6
     bench.send(topics.EXTRUSION, state)
-    bench.until(lambda: bench.diagnosed('last warning').endswith('found error_status 64'))
+    bench.until(lambda: bench.diagnosed('last warning').endswith(
+        'found error_status 64; clear it at the extruder'))
     assert bench.diagnosed('extrusion states') == '1'
     assert DiagnosticStatus.WARN in [status.level for status in bench.statuses]
 
@@ -171,7 +191,7 @@ def test_poses_that_jump_are_counted(graph: Any) -> None:
     bench.send(topics.POSE, flange_pose(0.1), flange_pose(0.11, speed=10.0), flange_pose(0.12))
     bench.until(lambda: bench.diagnosed('poses') == '2')
     assert bench.diagnosed('refused: pose') == '1'
-    assert bench.diagnosed('last refusal').endswith('found a jump')
+    assert 'found a jump; let one robot alone' in bench.diagnosed('last refusal')
 
 
 def test_a_recorder_started_again_goes_on_with_its_print(graph: Any, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import pytest
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.parameter import parameters_of
+from bpc_perception.core.path.growing_path import GrowingPath
 
 pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -221,7 +222,10 @@ def test_an_image_without_cloud_is_given_up_after_a_while(graph: Any, tmp_path: 
     bench.send(topics.PATH, BEAD_PATH)
     image_only(bench)
     bench.until(lambda: bench.diagnosed('refused: capture') == '1')
-    assert bench.diagnosed('last refusal').endswith('found no points/xyzrgba')
+    refusal = bench.diagnosed('last refusal')
+    assert 'found no points/xyzrgba; they get lost where' in refusal
+    assert 'has too little shared memory' in refusal
+    assert refusal.endswith('transport.xml')
     bench.send_capture(STAMP_NS + SECOND)
     assert_profile_comes(bench, STAMP_NS + SECOND)
 
@@ -356,3 +360,48 @@ def test_the_pose_used_here_is_the_one_of_the_calibration(tmp_path: Path) -> Non
     T: Array = load_hand_eye(file).T_parent_camera
     np.testing.assert_allclose(T, DOWN, atol=1e-15)
     np.testing.assert_allclose(T, pose((0, 0, 0.5), (0, 0, 180)), atol=1e-15)
+
+
+def test_after_a_print_was_cleared_nothing_of_it_stands(graph: Any, tmp_path: Path) -> None:
+    bench = thickness_bench(graph, tmp_path, advice__target_thickness=BEAD_WIDTH_M)
+    for view, kind in topics.VIEWS.items():
+        bench.listen(view, kind, topics.VIEW_QOS)
+    bench.send(topics.PATH, BEAD_PATH)
+    bench.send_capture(STAMP_NS)
+    assert_profile_comes(bench, STAMP_NS)
+    bench.until(lambda: all(bench.received[view] for view in topics.VIEWS))
+    none = GrowingPath('', STAMP_NS)
+    none.finished = True
+    bench.send(topics.PATH, path_to_message(none.path(), BASE))
+    profiles, advice = bench.received[topics.PROFILE], bench.received[topics.ADVICE]
+    bench.until(lambda: len(profiles) == len(advice) == 2)
+    assert (profiles[1].print_id, len(profiles[1].time)) == ('', 0)
+    assert np.isnan(profiles[1].thickness_mean)
+    assert (advice[1].print_id, advice[1].valid, advice[1].flow_rate_scale) == ('', False, 1.0)
+    assert advice[1].valid_until == advice[1].header.stamp
+    late: dict[str, list[Any]] = {view: [] for view in topics.VIEWS}
+    for view, kind in topics.VIEWS.items():
+        bench.peer.create_subscription(kind, view, late[view].append, topics.VIEW_QOS)
+    bench.until(lambda: all(late.values()))
+    marker, = late[topics.MARKERS][0].markers
+    assert marker.action == marker.DELETEALL
+    assert np.isnan((late[topics.WIDTH][0].data, late[topics.DEVIATION][0].data)).all()
+    assert late[topics.OVERLAY][0].width == 1
+    bench.send_capture(STAMP_NS + SECOND)  # of what was cleared it is no print
+    bench.until(lambda: any('found none started' in status.message for status in bench.statuses))
+    assert len(profiles) == 2
+
+
+def test_what_was_begun_since_is_not_cleared(graph: Any, tmp_path: Path) -> None:
+    """Topics may overtake each other."""
+    bench = thickness_bench(graph, tmp_path)
+    late = GrowingPath('', stamp_to_ns(BEAD_PATH.header.stamp) - 1)
+    late.finished = True
+    bench.send(topics.PATH_UPDATE, DepositionPathUpdate(path=BEAD_PATH),
+               kind=DepositionPathUpdate, qos=topics.PATH_UPDATE_QOS)
+    bench.send_capture(STAMP_NS)
+    assert_profile_comes(bench, STAMP_NS)
+    bench.send(topics.PATH, path_to_message(late.path(), BASE))
+    bench.send_capture(STAMP_NS + SECOND)
+    bench.until(lambda: len(bench.received[topics.PROFILE]) == 2)
+    assert all(each.print_id == 'print' for each in bench.received[topics.PROFILE])

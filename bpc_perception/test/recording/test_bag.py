@@ -482,6 +482,14 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
         Bag(file)
 
 
+def test_a_file_beside_a_sqlite_bag_is_a_recording_by_itself(tmp_path: Path) -> None:
+    folder, other = sqlite_bag(tmp_path / 'bag'), sqlite_bag(tmp_path / 'more', first=5)
+    file, = other.glob('*.db3')
+    shutil.copy(file, folder / 'stray.db3')
+    assert read(folder / 'stray.db3') == words(5, 5)
+    assert read(folder) == words(0, 5)
+
+
 def test_a_file_that_is_no_sqlite_bag_is_refused(tmp_path: Path) -> None:
     folder = sqlite_bag(tmp_path / 'bag')
     file, = folder.glob('*.db3')

@@ -139,7 +139,7 @@ def test_a_print_left_off_under_other_settings_is_not_resumed(
         tmp_path: Path, changed: RecorderConfig, named: str) -> None:
     known = kept(tmp_path)
     now_ns = START_NS + (COUNT + 1) * SECOND
-    with pytest.raises(OtherSettingsError, match=f'found {named}$'):
+    with pytest.raises(OtherSettingsError, match=f'found {named}; start'):
         PathJournal(tmp_path, changed).resume(now_ns, 30.0)
     # A print that is too old is silently left out.
     assert PathJournal(tmp_path, changed).resume(now_ns + 30 * SECOND, 30.0) is None

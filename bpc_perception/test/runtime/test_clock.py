@@ -51,7 +51,7 @@ def test_a_clock_that_goes_back_clears_the_print(graph: Any) -> None:
     set_clock(101)
     assert bench.call('path_recorder/stop').success  # a print was running
     set_clock(50)
-    assert bench.call('path_recorder/save').message == 'expected a print, found none started'
+    assert 'found none started' in bench.call('path_recorder/save').message
     # Earlier stamps are taken again.
     paths = bench.received[topics.PATH]
     bench.send(topics.EXTRUSION, extrusion(0, start_ns=50 * SECOND))

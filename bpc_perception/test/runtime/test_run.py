@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -43,6 +44,20 @@ def test_a_node_that_cannot_even_say_why_it_does_not_start_exits_with_2(
     with pytest.raises(SystemExit) as ended:
         _make(refuse, large_messages=False)
     assert ended.value.code == 2
+
+
+def test_a_node_with_a_broken_parameter_file_names_it_with_line_in_one_line(
+        tmp_path: Path) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_text('path_recorder:\n  ros__parameters: [\n')
+    ended = subprocess.run(
+        [sys.executable, '-m', 'bpc_perception.nodes.path_recorder', '--ros-args',
+         '--params-file', str(file)], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 2
+    line, = [line for line in ended.stderr.splitlines() if '[rcl]' not in line]
+    assert line.startswith('PathRecorderNode: expected ROS arguments that can be read, found: ')
+    assert f'{file}' in line
+    assert 'line 2' in line
 
 
 @pytest.mark.parametrize('numbers', [

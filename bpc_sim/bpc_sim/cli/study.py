@@ -54,7 +54,7 @@ def check_plot(plot: Path | None, name: str, drawn: Collection[str]) -> None:
         return
     check_file(plot)
     if plot.suffix != '.html':
-        raise ValueError(f'{plot}: expected a name that ends in .html')
+        raise ValueError(f'{plot}: expected a name that ends in .html, found another; name one')
     if name not in drawn:
         raise ValueError(f'--plot: expected a study with a figure ({", ".join(drawn)}), '
                          f'found {name}')

@@ -43,6 +43,14 @@ class ClosedLoopJob:
         return cls(job, replace(usual, speed=lambda s: (
             usual.speed(s) * (speed / NOMINAL_SPEED_M_PER_S))))
 
+    @property
+    def duration(self) -> float:
+        """Time from the job's start to its end by the clock, unless the speed is corrected [s]."""
+        steps = self.job.commanded.curve.uniform(round(self.job.length / ARC_STEP_M) + 1)
+        pace = 1 / self.situation.speed((steps[1:] + steps[:-1]) / 2)
+        moving = float(np.sum(np.diff(steps) * pace))
+        return self.job.dwell_before + moving + self.job.dwell_after
+
     def speed(self, s: float) -> float:
         """Return the nominal speed [m/s] at an arc length [m]."""
         return float(self.situation.speed(np.array(s)))

@@ -17,7 +17,8 @@ from pyarrow import parquet
 import pytest
 
 from bpc_perception.batch.cluster import cluster, run as run_batch
-from bpc_perception.batch.jobs import find_bags, find_jobs
+from bpc_perception.batch.finding import find_bags
+from bpc_perception.batch.jobs import find_jobs, measure_one
 from bpc_system_tests.parts.command_line import run
 
 pytestmark = pytest.mark.system
@@ -166,3 +167,13 @@ def test_recordings_are_found_as_they_are_left(tmp_path: Path) -> None:
         'deep/er', 'killed', 'loose/a.mcap', 'loose/b.db3', 'print', 'whole']
     only, = find_jobs(tmp_path / 'whole', tmp_path / 'out', None, None)
     assert only.out == tmp_path / 'out' / 'whole'
+
+
+def test_a_recording_takes_no_place_of_another_of_its_name(short_bag: Path,
+                                                           tmp_path: Path) -> None:
+    job, = find_jobs(short_bag, tmp_path, None, None)
+    job.out.mkdir()
+    (job.out / 'summary.json').write_text('{"bag": "/monday/line", "fingerprint": ""}')
+    (row,), _ = measure_one(job)
+    assert row['exit_status'] == 2
+    assert f'those of {short_bag}, found those of /monday/line; name another' in row['reason']

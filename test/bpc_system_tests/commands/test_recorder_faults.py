@@ -110,7 +110,8 @@ def test_a_recorder_misses_poses_beside_captures(tmp_path: Path, ros_domain: int
         graph.close()
     assert words == (
         '/end_effector_pose: expected messages beside the captures, found none; '
-        'without them the recording cannot be measured')
+        'without them the recording cannot be measured; start their nodes, or name their topics '
+        'with --remap')
     assert (tmp_path / 'bag' / 'params.yaml').read_bytes() == b'{}'
 
 
@@ -174,7 +175,8 @@ def test_a_recorder_whose_folder_is_moved_writes_on_and_says_so(
         seen = len(looks)
         graph.spin_until(lambda: recorder._diagnostics._last_warning and len(looks) > seen + 2)
         assert recorder._diagnostics._last_warning == (
-            f'{tmp_path / "bag"}: expected the recording there, found it moved or removed')
+            f'{tmp_path / "bag"}: expected the recording there, found it moved or removed; leave '
+            'it until it is complete')
         assert not recorder.failure
         recorder._write(f'/{topics.POSE}', serialize_message(PoseStamped()))
     finally:

@@ -199,6 +199,8 @@ def test_spoiled_capture_is_refused_and_the_next_measured(
 def test_capture_without_a_print_is_refused(good: Messages, short_bag: Path) -> None:
     with running_rig(short_bag) as rig:
         rig.show(spoil(good, lambda _: None))
-        assert rig.expect_refusal() == 'path: expected a print, found none started'
+        assert rig.expect_refusal() == (
+            'path: expected a print, found none started; push ink out, or call '
+            'path_recorder/start')
         rig.publish_path()
         rig.expect_a_measurement(good)

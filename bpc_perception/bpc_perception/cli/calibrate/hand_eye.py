@@ -77,11 +77,14 @@ def handeye(
     """
     terminal = Terminal(quiet, json_lines)
     if mount not in MOUNTS:
-        raise ValueError(f'--mount: expected {" or ".join(MOUNTS)}, found {mount!r}')
+        raise ValueError(f'--mount: expected {" or ".join(MOUNTS)}, found {mount!r}'
+                         '; say where the camera is')
     if corners not in ('cloud', 'image'):
-        raise ValueError(f"--corners: expected cloud or image, found '{corners}'")
+        raise ValueError(f"--corners: expected cloud or image, found '{corners}'"
+                         '; give one of them')
     if out.exists():
-        raise ValueError(f'{out}: expected a new file, found that it exists')
+        raise ValueError(f'{out}: expected a new file, found that it exists'
+                         '; name another with --out')
     board = Board(*board_size(squares), square_mm * M_PER_MM, marker_mm * M_PER_MM, dictionary)
     use_cloud = corners == 'cloud'
     found = find_board_in_all(Bag(bag, remappings(remap)), parameters, board, use_cloud,
@@ -100,7 +103,8 @@ def board_size(squares: str) -> tuple[int, int]:
     """Return columns and rows of a board such as ``9x6``. Raises ValueError."""
     columns, _, rows = squares.lower().partition('x')
     if not (columns.isdigit() and rows.isdigit()):
-        raise ValueError(f'--squares: expected two numbers as 9x6, found {squares!r}')
+        raise ValueError(f'--squares: expected two numbers as 9x6, found {squares!r}'
+                         '; count them along both sides')
     return int(columns), int(rows)
 
 
@@ -135,7 +139,8 @@ def pose_at_rest(still: list[Rest], stamp_ns: int) -> Array:
         if rest.start_ns <= stamp_ns <= rest.end_ns:
             return rest.T_base_flange
     raise CalibrationError('pose: expected the flange to stand still at the capture, found that '
-                           'it moves, or no pose')
+                           'it moves, or no pose'
+                           f'; let it stand for {STANDSTILL_S:g} s at each')
 
 
 def sight_board(capture: Capture, board: Board, use_cloud: bool) -> Sighting:
@@ -146,7 +151,8 @@ def sight_board(capture: Capture, board: Board, use_cloud: bool) -> Sighting:
     """
     sighting = find_board(capture, board)
     if use_cloud and not sighting.has_depth:
-        raise CalibrationError('cloud: expected the board in it, found too few points')
+        raise CalibrationError('cloud: expected the board in it, found too few points'
+                               '; place it where the camera sees depth, or give --corners image')
     return sighting
 
 

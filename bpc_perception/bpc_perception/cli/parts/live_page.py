@@ -34,7 +34,8 @@ def serving(page: bool, terminal: Terminal, remappings: Mapping[str, str] | None
         yield
         return
     if importlib.util.find_spec('nicegui') is None:
-        raise ValueError('--page: expected the Python package nicegui, found none')
+        raise ValueError('--page: expected the Python package nicegui, found none'
+                         '; install it, as with pip, or leave out --page')
     token = os.environ.setdefault(TOKEN_VARIABLE, secrets.token_urlsafe(TOKEN_BYTES))
     port = free_port(PageConfig().port)
     with Nodes(None, parameters, remappings) as nodes:
@@ -67,4 +68,4 @@ def free_port(preferred: int) -> int:
                 return int(free.getsockname()[1])
         except OSError:
             continue
-    raise OSError(f'expected a free port on {HOST}, found none')
+    raise OSError(f'expected a free port on {HOST}, found none; end what listens there')

@@ -23,6 +23,7 @@ from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.profile import profile_from_message
@@ -140,6 +141,10 @@ class Monitor:
         except ConversionError as error:
             self._warn(f'{self.node.get_name()}: {error}')
             return
+        if not profile.print_id:
+            self._shown = None
+            self._terminal.emit('cleared', 'The print was cleared: its advice holds no longer.')
+            return
         self.profiles[profile.stamp_ns] = profile
         if profile.print_id not in self.print_ids:
             self.print_ids.append(profile.print_id)
@@ -156,6 +161,8 @@ class Monitor:
             advice = advice_from_message(message)
         except ConversionError as error:
             self._warn(f'{self.node.get_name()}: {error}')
+            return
+        if not advice.print_id:
             return
         self.advice[advice.stamp_ns] = advice
         self._show(advice.stamp_ns)
@@ -182,7 +189,7 @@ class Monitor:
 
     def _warn(self, text: str) -> None:
         if self._warnings.add(text):
-            self._terminal.emit('diagnostic', f'  {text}', text=text)
+            self._terminal.emit('diagnostic', f'  {one_line(text)}', text=text)
 
 
 @contextmanager

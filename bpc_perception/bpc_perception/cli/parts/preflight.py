@@ -10,7 +10,7 @@ from typing import NamedTuple
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.capture.exposure import Exposure
 from bpc_perception.display.units import MM_PER_M
-from bpc_perception.runtime.transport.dds_profiles import users_profile
+from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint, users_profile
 
 OK, WARN, FAIL = 'OK', 'WARN', 'FAIL'
 
@@ -53,6 +53,9 @@ class Heard:
         best_effort: whether one of them does not repeat what gets lost.
         arrivals: when messages came, by a steady clock [s].
         delays: from stamp to receipt [s]; empty without stamps.
+        stamps: of the parts of captures [ns].
+        lost: stamps of captures of which another part came, but not this one.
+        due: number of captures of which it could have come.
         problems: what is wrong with their content.
     """
 
@@ -65,6 +68,9 @@ class Heard:
     arrivals: list[float] = field(default_factory=list)
     delays: list[float] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    stamps: list[int] = field(default_factory=list)
+    lost: set[int] = field(default_factory=set)
+    due: int = 0
 
     @property
     def rate(self) -> float:
@@ -81,7 +87,8 @@ def judge_topic(heard: Heard) -> Iterator[Finding]:
         yield obstacle
         return
     for problem in dict.fromkeys(heard.problems):
-        yield Finding(FAIL, heard.topic, problem, 'correct it at its source')
+        found, _, todo = problem.partition('; ')
+        yield Finding(FAIL, heard.topic, found, todo or 'correct it at its source')
     yield _judge_rate(heard)
     yield _judge_clock(heard)
 
@@ -101,6 +108,9 @@ def _obstacle(heard: Heard) -> Finding | None:
     if heard.kind != 'pose' and heard.best_effort:
         return Finding(FAIL, name, 'is published best effort, which a reliable subscriber does '
                        'not hear', 'publish it reliably')
+    if heard.lost:
+        return Finding(FAIL, name, f'{len(heard.lost)} of {heard.due} captures came without it',
+                       lost_captures_hint())
     if heard.arrivals:
         return None
     if heard.kind == 'camera':

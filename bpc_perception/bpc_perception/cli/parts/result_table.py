@@ -10,6 +10,7 @@ from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Result
+from bpc_perception.display.plain_text import one_line
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_a_line
 from bpc_perception.report.entries import advice_entry, profile_entry, result_entry
@@ -31,7 +32,7 @@ class ResultTable:
     def add(self, result: Result) -> None:
         """Show what came of a capture."""
         if result.profile is None or result.advice is None:
-            self._emit(('-', '', '', '', '', '', f'refused: {result.refusal}'),
+            self._emit(('-', '', '', '', '', '', f'refused: {one_line(result.refusal)}'),
                        **result_entry(result))
             return
         self.add_profile(result.profile, result.advice)
@@ -39,7 +40,7 @@ class ResultTable:
     def add_profile(self, profile: ThicknessProfile, advice: RateAdvice) -> None:
         """Show a profile and the advice that came of it; say where another print begins."""
         if self._print_id and profile.print_id != self._print_id:
-            self._terminal.say(f'print {profile.print_id}')
+            self._terminal.say(f'print {one_line(profile.print_id)}')
             self._first.clear()
         self._print_id = profile.print_id
         summary = profile.summary

@@ -29,9 +29,11 @@ from bpc_perception.display.units import NS_PER_S, S_PER_NS
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import image_to_rgb
 from bpc_perception.messages.flange_poses import FlangePoses
-from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 
 # A message with a header begins with its stamp, behind 4 bytes of CDR.
+DISCOVERY_S = 1.0  # in which topics are found one after the other
+PARTS_PATIENCE_S = 2.0  # between the first and the last part of a capture
 IMAGE_STEP = 4  # pixels, of which one is looked at
 STAMP_OFFSET_BYTES, STAMP_FORMAT = 4, '<iI'
 
@@ -61,6 +63,7 @@ class RigListener:
         if recorder.pose.source != 'tf':
             self._listen(self._poses.topic, 'pose', self._poses.message_class, topics.POSE_QOS,
                          self._on_pose)
+        self._since = time.monotonic()
         self._listen(topics.EXTRUSION, 'extruder', topics.PRINT[topics.EXTRUSION],
                      topics.EXTRUSION_QOS, self._on_extruder)
 
@@ -75,18 +78,21 @@ class RigListener:
     def _on_capture(self, heard: Heard, message: bytes) -> None:
         now_ns = _note_arrival(heard)
         seconds, nanoseconds = struct.unpack_from(STAMP_FORMAT, message, STAMP_OFFSET_BYTES)
-        heard.delays.append((now_ns - seconds * NS_PER_S - nanoseconds) * S_PER_NS)
+        stamp_ns = seconds * NS_PER_S + nanoseconds
+        heard.stamps.append(stamp_ns)
+        heard.delays.append((now_ns - stamp_ns) * S_PER_NS)
         if heard.wanted == topics.type_name(Image):
             self._image = message
 
     def _on_pose(self, heard: Heard, message: Any) -> None:
         now_ns = _note_arrival(heard)
+        stamp = getattr(getattr(message, 'header', None), 'stamp', None)
+        stamp_ns = None if stamp is None else stamp_to_ns(stamp)
         try:
             stamp_ns, _ = self._poses.read(message, now_ns)
-        except ConversionError as error:
+        except ConversionError as error:  # its clock can be judged all the same
             heard.problems.append(str(error))
-            return
-        if self._poses_have_stamps:
+        if self._poses_have_stamps and stamp_ns:
             heard.delays.append((now_ns - stamp_ns) * S_PER_NS)
 
     def _on_extruder(self, heard: Heard, message: Any) -> None:
@@ -95,8 +101,19 @@ class RigListener:
         stamp = message.header.stamp
         heard.delays.append((now_ns - stamp.sec * NS_PER_S - stamp.nanosec) * S_PER_NS)
 
+    def _note_lost_captures(self) -> None:
+        """Note of which captures a part did not come, though another did."""
+        camera = [heard for heard in self._heard if heard.kind == 'camera']
+        since, until = self._since + DISCOVERY_S, time.monotonic() - PARTS_PATIENCE_S
+        due = {stamp for heard in camera
+               for stamp, at in zip(heard.stamps, heard.arrivals, strict=True)
+               if since <= at <= until}
+        for heard in camera:
+            heard.due, heard.lost = len(due), due - set(heard.stamps)
+
     def findings(self) -> Iterator[Finding]:
         """Yield what is good or bad about the topics."""
+        self._note_lost_captures()
         for heard in self._heard:
             publishers = self._node.get_publishers_info_by_topic(heard.topic)
             heard.publishers = len(publishers)

@@ -18,6 +18,7 @@ from rich.live import Live
 from rich.measure import Measurement
 
 from bpc_perception.cli.parts.progress import Advance, progress_bar
+from bpc_perception.display.plain_text import one_line, printable
 from bpc_perception.report.entries import plain
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
@@ -41,10 +42,10 @@ class Terminal:
 
     def __init__(self, quiet: bool = False, json_lines: bool = False) -> None:
         if quiet and json_lines:
-            raise ValueError('expected --quiet or --json, found both')
+            raise ValueError('expected --quiet or --json, found both; give one of them')
         self._for_people = not (quiet or json_lines)
         self._quiet, self._json = quiet, json_lines
-        self._console = Console(highlight=False)
+        self._console = Console(highlight=False, emoji=False)
         self._live: Live | None = None
         self._drawn = 0.0
         Terminal.newest = self
@@ -62,7 +63,7 @@ class Terminal:
     def say(self, text: str) -> None:
         """Print a line for people; scripts have to learn the same from events."""
         if self._for_people:
-            self._console.print(text, soft_wrap=True, markup=False)
+            self._console.print(printable(text), soft_wrap=True, markup=False)
 
     def show(self, table: RenderableType) -> None:
         """Print a table for people; it may get wider than the terminal, but no number is cut."""
@@ -84,7 +85,7 @@ class Terminal:
         if self._json:
             self.emit('warning', '', text=text)
         elif not self._quiet:
-            print(f'bpc: {text}', file=sys.stderr)
+            print(f'bpc: {one_line(text)}', file=sys.stderr)
 
     def files(self, paths: Iterable[Path]) -> None:
         """Print the files that were written."""

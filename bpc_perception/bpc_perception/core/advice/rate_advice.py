@@ -74,6 +74,15 @@ class RateAdvice:
     plunger_velocity: float = np.nan
     speed: float = np.nan
 
+    @classmethod
+    def none(cls, stamp_ns: int) -> RateAdvice:
+        """Return that from this time on [ns] there is no print to advise on."""
+        nan = float('nan')
+        return cls(stamp_ns, '', valid=False, reason=Reason.NOT_ENOUGH_DATA, target_thickness=nan,
+                   measured_thickness=nan, window=(nan, nan), sample_count=0,
+                   flow_rate_scale=1.0, speed_scale=1.0, confidence=0.0, measurement_age=nan,
+                   valid_until_ns=stamp_ns)
+
     @property
     def flow_rate_in_force(self) -> float:
         """The flow rate commanded at the stamp, on which the factor is [m^3/s]; NaN = unknown."""

@@ -46,7 +46,7 @@ class WidthTargets:
         table = _numbers(file, _rows(file))
         arc_length, thickness = table.T * MILLIMETRE_M
         if not (np.isfinite(table).all() and (np.diff(arc_length) >= 0).all()):
-            raise ValueError(f'{file}: expected arc lengths in order, found others')
+            raise ValueError(f'{file}: expected arc lengths in order, found others; sort its rows')
         outside = table[(thickness < LEAST_TARGET_M) | (thickness > LARGEST_TARGET_M), 1]
         if len(outside):
             least, most = (limit / MILLIMETRE_M for limit in (LEAST_TARGET_M, LARGEST_TARGET_M))
@@ -59,29 +59,36 @@ class WidthTargets:
         return np.asarray(np.interp(arc_length, self.arc_length, self.thickness))
 
 
-def _rows(file: str | Path) -> list[list[str]]:
-    """Read the rows of a table below its columns."""
+def _rows(file: str | Path) -> list[tuple[int, list[str]]]:
+    """Read the rows of a table below its columns, each with the number of its line."""
     with Path(file).open('rb') as stream:
         content = stream.read(LARGEST_BYTES + 1)
     if len(content) > LARGEST_BYTES:
-        raise ValueError(f'{file}: expected at most {LARGEST_BYTES} bytes, found more')
+        raise ValueError(f'{file}: expected at most {LARGEST_BYTES} bytes, found more; is it the '
+                         'right file?')
     try:
-        rows = [row for row in csv.reader(content.decode('utf-8').splitlines()) if row]
+        reader = csv.reader(content.decode('utf-8-sig').splitlines())
+        rows = [(reader.line_num, row) for row in reader if row]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f'{file}: expected a table, found: {error}') from error
-    if not rows or [cell.strip() for cell in rows[0]] != COLUMNS:
-        raise ValueError(f'{file}: expected the columns {",".join(COLUMNS)}, '
-                         f'found {",".join(rows[0]) if rows else "nothing"}')
+        raise ValueError(f'{file}: expected a table as CSV in UTF-8, found: {error}'
+                         '; save it as that') from error
+    heading = [cell.strip() for cell in rows[0][1]] if rows else ['nothing']
+    if heading != COLUMNS:
+        raise ValueError(f'{file}: expected the columns {",".join(COLUMNS)} in its first line, '
+                         f'found {",".join(heading)}')
     return rows[1:]
 
 
-def _numbers(file: str | Path, rows: list[list[str]]) -> Array:
+def _numbers(file: str | Path, rows: list[tuple[int, list[str]]]) -> Array:
     """Return rows of two numbers each as a table (K, 2)."""
-    try:
-        table = np.array([[float(cell) for cell in row] for row in rows])
-    except ValueError as error:
-        raise ValueError(f'{file}: expected numbers, found: {error}') from error
-    if table.ndim != 2 or table.shape[1:] != (2,):
-        raise ValueError(f'{file}: expected rows of two numbers, found '
-                         f'{"rows of other lengths" if rows else "none"}')
+    if not rows:
+        raise ValueError(f'{file}: expected rows of two numbers, found none; write one at least')
+    table = np.empty((len(rows), len(COLUMNS)))
+    for index, (line, row) in enumerate(rows):
+        try:
+            arc_length, thickness = map(float, row)
+            table[index] = arc_length, thickness
+        except ValueError:
+            raise ValueError(f'{file}: expected two numbers with points, found '
+                             f'{",".join(row)!r} in line {line}; correct it') from None
     return table

@@ -40,21 +40,25 @@ class Board:
     def __post_init__(self) -> None:
         if min(self.columns, self.rows) < FEWEST_SQUARES or not self.square > 0:
             raise CalibrationError('board: expected 4 x 4 squares or more of a size, found '
-                                   f'{self.columns} x {self.rows} of {self.square * 1e3:g} mm')
+                                   f'{self.columns} x {self.rows} of {self.square * 1e3:g} mm'
+                                   '; count and measure them, or print a larger board')
         if self.marker:
             self._check_markers()
         elif (self.columns + self.rows) % 2 == 0:
             raise CalibrationError('board: expected an even and an odd number of squares, since '
                                    'others look the same upside down, found '
-                                   f'{self.columns} x {self.rows}')
+                                   f'{self.columns} x {self.rows}'
+                                   '; take such a board, or a ChArUco board')
 
     def _check_markers(self) -> None:
         if not 0 < self.marker < self.square:
             raise CalibrationError(f'board: expected markers smaller than the squares of '
-                                   f'{self.square * 1e3:g} mm, found {self.marker * 1e3:g} mm')
+                                   f'{self.square * 1e3:g} mm, found {self.marker * 1e3:g} mm'
+                                   '; measure both')
         if not hasattr(cv2.aruco, self.dictionary):
             raise CalibrationError('board: expected a dictionary of OpenCV such as DICT_4X4_50, '
-                                   f'found {self.dictionary}')
+                                   f'found {self.dictionary}'
+                                   '; name the one that it was printed with')
 
     def charuco(self) -> cv2.aruco.CharucoBoard:
         """Return a ChArUco board as OpenCV knows it."""

@@ -91,7 +91,8 @@ def offset(profiles: Sequence[ThicknessProfile]) -> Offset:
     if count < FEWEST_SAMPLES or len(np.unique(beads.block)) < FEWEST_BLOCKS:
         raise CalibrationError(
             f'check: expected {FEWEST_SAMPLES} measured samples on '
-            f'{FEWEST_BLOCKS * BLOCK_LENGTH_M * 1e3:g} mm of path or more, found {count}')
+            f'{FEWEST_BLOCKS * BLOCK_LENGTH_M * 1e3:g} mm of path or more, found {count}'
+            '; take a longer print')
     across = beads.left - beads.right
     across /= np.linalg.norm(across, axis=1)[:, None]
     beside = np.sum(((beads.left + beads.right) / 2 - beads.points) * across, axis=1)
@@ -105,7 +106,8 @@ def offset(profiles: Sequence[ThicknessProfile]) -> Offset:
     if turning < LEAST_TURNING or sigma > LARGEST_SIGMA_M:
         raise CalibrationError('check: expected a print that goes in several directions, so that '
                                'a shift of the camera can be told from a bead that lies to one '
-                               'side, found one that does not')
+                               'side, found one that does not'
+                               '; take one with a curve or with crossing lines')
     return Offset(
         shift=fit.solution[0] * e1 + fit.solution[1] * e2, sigma=sigma,
         side=float(fit.solution[2]), scatter=float(np.sqrt(np.mean(fit.rest**2))), samples=count)

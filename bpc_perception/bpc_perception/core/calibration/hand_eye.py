@@ -30,6 +30,8 @@ FEW_CAPTURES = 8  # with fewer the result is doubtful
 USELESS_TURN_RAD = np.radians(2.0)
 POOR_TURN_RAD = np.radians(10.0)
 LARGEST_DISAGREEMENT_M = 2e-3  # between methods, above which the result is doubtful
+MOUNTS = 'eye_on_base', 'eye_in_hand'
+MOUNT_FACTOR = 3  # of residuals, above which the other mount is the right one
 ROTATION_TOLERANCE = 1e-6  # of R R^T from the identity
 
 
@@ -106,7 +108,9 @@ class _PosePairs:
         X = np.eye(4)
         X[:3, :3], X[:3, 3] = R, t.ravel()
         orthogonal = np.allclose(X[:3, :3] @ X[:3, :3].T, np.eye(3), atol=ROTATION_TOLERANCE)
-        return X if np.isfinite(X).all() and orthogonal else None
+        # From poses that do not fit together some methods make a mirrored camera.
+        rotates = orthogonal and np.linalg.det(X[:3, :3]) > 0
+        return X if np.isfinite(X).all() and rotates else None
 
     def residuals(self, X: Array) -> tuple[Array, Array]:
         """Return how far each Y is from their mean, with X (4, 4): (N,) [m], (N,) [rad]."""
@@ -128,21 +132,28 @@ def calibrate(T_base_flange: Sequence[Array], sightings: Sequence[Sighting], on_
         use_cloud: take the positions of corners in space from the cloud, not from perspective.
 
     Raises:
-        CalibrationError: too few captures, or poses too alike to tell anything.
+        CalibrationError: too few captures, poses too alike to tell anything, or a camera that is
+            mounted the other way.
     """
     if len(sightings) < FEWEST_CAPTURES:
         raise CalibrationError(f'hand-eye: expected {FEWEST_CAPTURES} captures of the board or '
-                               f'more, found {len(sightings)}')
-    pairs = _PosePairs([invert(pose) if on_base else pose for pose in T_base_flange],
-                       [board_pose(sighting, use_cloud) for sighting in sightings])
+                               f'more, found {len(sightings)}'
+                               '; record more, with all of it in the picture')
+    boards = [board_pose(sighting, use_cloud) for sighting in sightings]
+    inverse = [invert(pose) for pose in T_base_flange]
+    pairs = _PosePairs(inverse if on_base else T_base_flange, boards)
+    others = _PosePairs(T_base_flange if on_base else inverse, boards)
     turn = second_turn(pairs.G)
     if turn < USELESS_TURN_RAD:
         raise CalibrationError(
             'hand-eye: expected poses turned about two axes, by 30 degrees or so, found them '
-            f'turned by {np.degrees(turn):.2g} degrees about the second')
+            f'turned by {np.degrees(turn):.2g} degrees about the second'
+            '; turn the flange about others, too')
     solutions = _solutions(pairs)
+    _expect_mount(on_base, solutions, _solutions(others))
     if not solutions:
-        raise CalibrationError('hand-eye: expected a solution, found none with any method')
+        raise CalibrationError('hand-eye: expected a solution, found none with any method; record '
+                               'captures with the board seen from more sides')
     return HandEyeCalibration(solutions, _sigma(pairs, solutions[0]), turn,
                               _warnings(solutions, len(pairs), turn))
 
@@ -157,7 +168,8 @@ def board_pose(sighting: Sighting, use_cloud: bool) -> Array:
     found, rotation, translation = cv2.solvePnP(
         sighting.on_board, sighting.uv, sighting.camera.K, sighting.camera.distortion)
     if not found:
-        raise CalibrationError('board: expected a pose of the corners, found none')
+        raise CalibrationError('board: expected a pose of the corners, found none'
+                               '; show more of the board')
     T_camera_board = np.eye(4)
     T_camera_board[:3, :3] = cv2.Rodrigues(rotation)[0]
     T_camera_board[:3, 3] = translation.ravel()
@@ -206,6 +218,25 @@ def _solutions(pairs: _PosePairs) -> list[Solution]:
         if X is not None:
             found.append(Solution(name, X, *pairs.residuals(X)))
     return sorted(found, key=lambda each: each.rms[0])
+
+
+def _expect_mount(on_base: bool, asked: Sequence[Solution], other: Sequence[Solution]) -> None:
+    """Raise CalibrationError if captures fit a camera that is mounted the other way much better.
+
+    Args:
+        on_base: how it is said to be mounted.
+        asked: solutions for this mount, the best first.
+        other: those for the other mount.
+    """
+    residual, other_residual = (each[0].rms[0] if each else np.inf for each in (asked, other))
+    if residual <= MOUNT_FACTOR * other_residual:
+        return
+    mount, other_mount = MOUNTS if on_base else MOUNTS[::-1]
+    instead = f'{residual * 1e3:.2f} mm' if asked else 'no solution'
+    raise CalibrationError(
+        f'hand-eye: expected captures that fit {mount}, found that they fit {other_mount}, with a '
+        f'residual of {other_residual * 1e3:.2f} mm instead of {instead}; give '
+        f'--mount {other_mount}')
 
 
 def _sigma(pairs: _PosePairs, best: Solution) -> tuple[float, float]:

@@ -47,13 +47,15 @@ def pivot(T_base_flange: Array, largest_sigma: float = 1e-3) -> Pivot:
     """
     count = len(T_base_flange)
     if count < FEWEST_POSES:
-        raise CalibrationError(f'pivoting: expected {FEWEST_POSES} poses or more, found {count}')
+        raise CalibrationError(f'pivoting: expected {FEWEST_POSES} poses or more, found {count}'
+                               '; pivot about the tip and stand still in each')
     R, p = T_base_flange[:, :3, :3], T_base_flange[:, :3, 3]
     A = np.concatenate((R, np.broadcast_to(-np.eye(3), R.shape)), axis=2).reshape(-1, 6)
     inverse = np.linalg.pinv(A.T @ A)
     if np.linalg.matrix_rank(A, tol=RANK_TOLERANCE) < 6:
         raise CalibrationError('pivoting: expected poses turned about two axes, found the flange '
-                               f'turned about {"one" if _turned(R) else "none"} only')
+                               f'turned about {"one" if _turned(R) else "none"} only'
+                               '; turn it about another, too')
     solution = -inverse @ A.T @ p.ravel()
     residuals = A @ solution + p.ravel()
     variance = residuals @ residuals / (3 * count - 6)

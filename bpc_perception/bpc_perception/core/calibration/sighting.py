@@ -56,7 +56,9 @@ def find_board(capture: Capture, board: Board) -> Sighting:
     ids, uv = find_corners(capture.image, board)
     if len(ids) < FEWEST_CORNERS:
         raise CalibrationError(f'board: expected {FEWEST_CORNERS} corners or more, '
-                               f'found {len(ids)}')
+                               f'found {len(ids)}'
+                               '; show all of it, sharp and evenly lit, and see that the '
+                               'options are those of this board')
     on_board = board.corners[ids]
     in_camera = corners_in_space(capture, uv)
     scale = float('nan')
@@ -65,7 +67,8 @@ def find_board(capture: Capture, board: Board) -> Sighting:
         if abs(scale - 1) > SCALE_TOLERANCE:
             raise CalibrationError(
                 f'board: expected squares of {board.square * 1e3:g} mm, found '
-                f'{board.square * scale * 1e3:.4g} mm in the cloud')
+                f'{board.square * scale * 1e3:.4g} mm in the cloud'
+                '; measure them, or let the camera be calibrated')
     return Sighting(on_board, uv, in_camera, scale, capture.camera)
 
 

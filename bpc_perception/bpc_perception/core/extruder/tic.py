@@ -74,11 +74,12 @@ class TicState:
     def __post_init__(self) -> None:
         if self.step_mode not in MICROSTEPS:
             raise StateError(f'step mode: expected a code up to {max(MICROSTEPS)}, '
-                             f'found {self.step_mode}')
+                             f'found {self.step_mode}; is it a Tic?')
         for name, (least, most) in FIELD_LIMITS.items():
             value = (self.device_ns or 0) // 10**6 if name == 'millis' else getattr(self, name)
             if not least <= value <= most:
-                raise StateError(f'{name}: expected {least} to {most}, found {value}')
+                raise StateError(f'{name}: expected {least} to {most}, found {value}'
+                                 '; is it of the reference sketch?')
 
 
 def error_names(bits: int) -> str:
@@ -94,15 +95,17 @@ def parse_line(line: bytes) -> TicState:
     content, star, given = line.strip().rpartition(b'*')
     expected = b'%04X' % crc_hqx(content, 0)
     if not star or given.upper() != expected:
-        raise StateError(f'line: expected checksum {expected.decode()}, found {_shown(line)}')
+        raise StateError(f'line: expected checksum {expected.decode()}, found {_shown(line)}'
+                         '; look at cable and baud rate')
     start, *fields = content.split(b',')
     if start != LINE_START or len(fields) != len(LINE_FIELDS):
         raise StateError(f'line: expected {LINE_START.decode()} and {len(LINE_FIELDS)} numbers, '
-                         f'found {_shown(line)}')
+                         f'found {_shown(line)}; is it of the reference sketch?')
     try:
         millis, *numbers = (int(field) for field in fields)
     except ValueError:
-        raise StateError(f'line: expected whole numbers, found {_shown(line)}') from None
+        raise StateError(f'line: expected whole numbers, found {_shown(line)}'
+                         '; is it of the reference sketch?') from None
     return TicState(millis * 10**6, *numbers)
 
 

@@ -50,9 +50,10 @@ def cloud_around(view: View, points: Array) -> Array:
     cloud = view.capture.cloud[v, u].astype(np.float64)
     cloud = transform(view.T_base_camera, cloud[np.isfinite(cloud).all(axis=1)])
     if len(cloud) < 3:
-        doubt = '' if len(uv) else '; does the hand-eye calibration fit to this camera and robot?'
+        doubt = ('does the camera have depth there' if len(uv) else
+                 'does the hand-eye calibration fit to this camera and robot')
         raise ValueError(f'cloud: expected points around the path, found {len(cloud)} where '
-                         f'{len(uv)} of {len(probes)} path points are in the image{doubt}')
+                         f'{len(uv)} of {len(probes)} path points are in the image; {doubt}?')
     return cloud
 
 
@@ -67,7 +68,8 @@ def best_plane(cloud: Array) -> tuple[Array, float]:
     areas = np.linalg.norm(normals, axis=1)
     spanning = areas > LEAST_AREA_M2
     if not spanning.any():
-        raise ValueError('cloud: expected points that span a plane around the path, found none')
+        raise ValueError('cloud: expected points that span a plane around the path, found none'
+                         '; does the camera see the bed there?')
     normals = normals[spanning] / areas[spanning, None]
     offsets = np.einsum('ij,ij->i', corners[spanning, 0], normals)
     best = np.argmax((np.abs(some @ normals.T - offsets) < INLIER_M).sum(axis=0))

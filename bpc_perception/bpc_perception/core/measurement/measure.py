@@ -108,7 +108,7 @@ def path_before(capture: Capture, path: DepositionPath) -> DepositionPath:
     path = path.until(capture.stamp_ns)
     if len(path) < 2:
         raise MeasurementError('path: expected 2 points or more before the capture, '
-                               f'found {len(path)}')
+                               f'found {len(path)}; capture later')
     return path
 
 
@@ -130,9 +130,11 @@ def path_on_bed(path: DepositionPath, low: Flags) -> DepositionPath:
     """
     path = path if low.all() else path.where(low)
     if len(path) < 2:
-        raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along')
+        raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along'
+                               '; do nozzle_offset and calibration fit?')
     if (path.points == path.points[0]).all():
-        raise MeasurementError('path: expected a way along the bed, found one place')
+        raise MeasurementError('path: expected a way along the bed, found one place'
+                               '; capture when the nozzle has moved')
     return path
 
 

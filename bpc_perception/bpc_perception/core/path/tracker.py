@@ -66,7 +66,8 @@ class PrintTracker:
             reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER_M
             if math.dist(tip, last) > reach:
                 raise JumpError('pose: expected a tip that moves no faster than '
-                                f'{self._config.maximum_speed:g} m/s, found a jump')
+                                f'{self._config.maximum_speed:g} m/s, found a jump'
+                                '; let one robot alone publish, or raise path.maximum_speed')
         self._newest = stamp_ns, tip
         for step in self._finder.add(stamp_ns, tip):
             self._take(step)
@@ -169,14 +170,15 @@ class PrintTracker:
         return stopped
 
     def follow(self, path: DepositionPath) -> None:
-        """Take from a path as it was recorded what the recorder was told: to start or to stop.
+        """Take from a path as it was recorded what the recorder was told: start, stop or clear.
 
         What it did by itself is not taken: that follows from poses and states.
         """
+        if not path.print_id:
+            self.clear()
+            return
         by_itself = any(sample.stamp_ns == path.start_ns and sample.extruding
                         for sample in self._states)
-        if not path.print_id:
-            return
         if self._print is None or path.start_ns > self._print.start_ns:
             if not by_itself:
                 self.start(path.start_ns)

@@ -35,9 +35,11 @@ def link_poses(robot: str, angles: Array) -> list[Array]:
     The z axis of a link is the axis of the next joint. Arguments and errors: see flange_pose.
     """
     if robot not in LINK_OFFSETS_M:
-        raise ValueError(f'robot: expected {" or ".join(LINK_OFFSETS_M)}, found {robot!r}')
+        raise ValueError(f'robot: expected {" or ".join(LINK_OFFSETS_M)}, found {robot!r}'
+                         '; set pose.robot')
     if angles.shape != (len(JOINTS),) or not np.isfinite(angles).all():
-        raise ValueError(f'joints: expected {len(JOINTS)} finite angles, found {angles.tolist()}')
+        raise ValueError(f'joints: expected {len(JOINTS)} finite angles, found {angles.tolist()}'
+                         "; look at the robot's driver")
     poses = [np.eye(4)]
     for c, s, d, ca, sa in zip(np.cos(angles), np.sin(angles), LINK_OFFSETS_M[robot],
                                np.cos(LINK_TWISTS_RAD), np.sin(LINK_TWISTS_RAD), strict=True):
@@ -56,12 +58,14 @@ def order_joints(names: Sequence[str], angles: Sequence[float]) -> Array:
     """
     if len(names) != len(angles):
         raise ValueError(f'joints: expected an angle for each of {len(names)} names, '
-                         f'found {len(angles)}')
+                         f'found {len(angles)}'
+                         "; look at the robot's driver")
     # As if each name had a prefix.
     prefixed = [f'_{name}' for name in names]
     found = [[angle for name, angle in zip(prefixed, angles, strict=True)
               if name.endswith(f'_{joint}')] for joint in JOINTS]
     if any(len(values) != 1 for values in found):
         raise ValueError(f'joints: expected each of {", ".join(JOINTS)} once, as such or behind '
-                         f'a prefix with _, found {", ".join(names) or "none"}')
+                         f'a prefix with _, found {", ".join(names) or "none"}'
+                         '; choose the topic of this robot with --remap')
     return np.array(found, np.float64).ravel()

@@ -61,6 +61,7 @@ def prepare_camera(name: str, node: Node) -> Callable[[], Camera]:
     try:
         prepare = entry.load()
     except ImportError as error:
-        raise ValueError(f'back_end: expected {name} to be installed, found: {error}') from error
+        raise ValueError(f'back_end: expected {name} to be installed, found: {error}'
+                         '; install what is missing') from error
     opener: Callable[[], Camera] = prepare(node)
     return opener

@@ -42,7 +42,8 @@ class BagCamera:
             damage, self._damage = self._damage, ''
             raise CameraError(damage)
         if not due or self._next is None:
-            raise CameraError('capture: expected a recorded capture up to now, found none left')
+            raise CameraError('capture: expected a recorded capture up to now, found none left'
+                              '; play the recording again')
         capture = self._next[1]
         self._advance()
         return capture

@@ -42,7 +42,8 @@ class ZividCamera:
         try:
             self._application = zivid.Application()  # a process may have one at a time
         except RuntimeError as error:
-            raise ValueError(f'zivid: expected its SDK to start, found: {error}') from error
+            raise ValueError(f'zivid: expected its SDK to start, found: {error}'
+                             '; look at its installation') from error
         try:
             self._settings = self._load_settings()
         except ValueError:
@@ -71,7 +72,7 @@ class ZividCamera:
             wait = self._back_off.waiting(time.monotonic())
             if wait:
                 raise CameraError(f'zivid: expected a camera, found none; looked for again in '
-                                  f'{wait:.1f} s')
+                                  f'{wait:.1f} s; look at its cable and power')
             self._connect()
         try:
             before_ns = self._clock_ns()
@@ -88,7 +89,8 @@ class ZividCamera:
             raise
         except RuntimeError as error:  # the SDK raises it for everything
             self._drop()
-            raise CameraError(f'zivid: expected a capture, found: {error}') from error
+            raise CameraError(f'zivid: expected a capture, found: {error}'
+                              '; it is tried again with the next') from error
         # The call returns when the acquisition ends [zivid-python, Camera.capture_2d_3d].
         lasted_ns = round(metrics.acquisition_time.total_seconds() * 1e9)
         stamp_ns = max(after_ns - lasted_ns // 2, before_ns)
@@ -117,10 +119,10 @@ class ZividCamera:
             settings = self._zivid.Settings.load(file)
         except RuntimeError as error:
             raise ValueError(f'settings_file: expected capture settings of Zivid, '
-                             f'found {file}: {error}') from error
+                             f'found {file}: {error}; save them anew in Zivid Studio') from error
         if settings.color is None:
             raise ValueError(f'settings_file: expected settings of the colour image as well, '
-                             f'found none in {file}')
+                             f'found none in {file}; add them in Zivid Studio')
         return settings
 
     def _connect(self) -> None:
@@ -132,7 +134,8 @@ class ZividCamera:
         except RuntimeError as error:
             self._camera = None
             self._back_off.failed(time.monotonic())
-            raise CameraError(f'zivid: expected to connect a camera, found: {error}') from error
+            raise CameraError(f'zivid: expected to connect a camera, found: {error}'
+                              '; end other programs that use it') from error
         self._back_off.succeeded()
         self._notes |= {'model': info.model_name, 'serial number': info.serial_number,
                         'firmware': info.firmware_version}
@@ -176,7 +179,8 @@ class ZividCamera:
             if not deviation > LARGEST_DEVIATION_PX:
                 return camera
         raise CameraError('zivid: expected intrinsics that put the cloud onto its pixels, found '
-                          f'it {deviation:.1f} pixels beside them')
+                          f'it {deviation:.1f} pixels beside them'
+                          '; do settings and camera belong together?')
 
 
 def _pinhole(intrinsics: Any, width: int, height: int) -> PinholeCamera:
@@ -195,6 +199,6 @@ def prepare(node: Node) -> Callable[[], ZividCamera]:
         zivid = import_module('zivid')
     except ImportError as error:
         raise ValueError('back_end: expected the package zivid and the SDK of the same version '
-                         f'to be installed, found: {error}') from error
+                         f'to be installed, found: {error}; install both') from error
     config = NodeConfig(node, ZividConfig()).value
     return lambda: ZividCamera(zivid, config, lambda: int(node.get_clock().now().nanoseconds))

@@ -42,7 +42,8 @@ class ExtruderConnection:
             states = self._extruder.read()
             if not states and time.monotonic() - self._heard > self._config.timeout:
                 raise ExtruderError('extruder: expected a state each '
-                                    f'{self._config.timeout:g} s, found none')
+                                    f'{self._config.timeout:g} s, found none'
+                                    '; look at its power and cable')
         except ExtruderError as error:
             self._refuse(error)
             self.close()

@@ -44,7 +44,7 @@ def open_extruder(config: ExtruderConfig, refuse: Refuse) -> Extruder:
         ticlib = import_module('ticlib') if config.back_end == 'tic' else None
     except ImportError as error:
         raise ValueError(f'back_end: expected the packages of {config.back_end} to be installed, '
-                         f'found: {error}') from error
+                         f'found: {error}; install them, as with pip') from error
     try:
         if ticlib is None:
             line = serial.Serial(config.port, config.baud, timeout=0, exclusive=True)
@@ -56,7 +56,9 @@ def open_extruder(config: ExtruderConfig, refuse: Refuse) -> Extruder:
         return TicExtruder(ticlib.TicSerial(line, config.device_number), line, refuse)
     # ticlib raises plain Exceptions, for instance without pyusb or without a device.
     except Exception as error:
-        raise ExtruderError(f'{config.port}: expected the extruder, found: {error}') from error
+        raise ExtruderError(f'{config.port}: expected the extruder, found: {error}'
+                            '; look at its cable, at port, and whether you may open '
+                            'it') from error
 
 
 class SerialExtruder:
@@ -73,7 +75,8 @@ class SerialExtruder:
         try:
             self._rest += self._line.read(max(self._line.in_waiting, 1))
         except OSError as error:  # serial.SerialException is one
-            raise ExtruderError(f'serial line: expected to read it, found: {error}') from error
+            raise ExtruderError(f'serial line: expected to read it, found: {error}'
+                                '; look at its cable') from error
         *lines, self._rest = self._rest.split(b'\n')
         if len(self._rest) > LONGEST_LINE_BYTES:
             self._refuse(f'line: expected an end within {LONGEST_LINE_BYTES} bytes, found none')
@@ -154,7 +157,8 @@ class TicExtruder:
                 return []
             variables = self._read_variables()
         except OSError as error:  # the line or the USB device is gone
-            raise ExtruderError(f'tic: expected to read it, found: {error}') from error
+            raise ExtruderError(f'tic: expected to read it, found: {error}'
+                                '; look at its cable') from error
         except RuntimeError as error:  # from ticlib: bytes were lost, or are late
             self._begin_anew(f'tic: expected an answer, found: {error}')
             return []

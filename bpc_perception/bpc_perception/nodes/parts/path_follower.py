@@ -20,7 +20,7 @@ class PathFollower:
     Args:
         node: the node that subscribes.
         frame_id: the frame in which the path must be.
-        on_path: gets the path as far as it is known.
+        on_path: gets the path as far as it is known; one without identifier when it was cleared.
         on_refusal: gets the reason why a message cannot be used.
     """
 
@@ -56,10 +56,12 @@ class PathFollower:
     def _converted(self, message: DepositionPath) -> Path | None:
         try:
             check_frame('deposition_path', message, self._frame_id)
-            return path_from_message(message)
+            path = path_from_message(message)
         except ConversionError as error:
             self._on_refusal(error)
             return None
+        # The topics may overtake each other: what was begun since is not what was cleared.
+        return path if path.print_id or path.start_ns >= self._path.start_ns else None
 
     def _extend(self, first: int, path: Path) -> None:
         if self._path.extend(first, path):  # otherwise the next whole path has what is missing

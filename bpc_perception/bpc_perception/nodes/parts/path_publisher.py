@@ -57,6 +57,15 @@ class PathPublisher:
                 self._nav_paths.publish(path_to_nav(growing.path(), self._frame_id))
             self._viewed = state
 
+    def clear(self, stamp_ns: int) -> None:
+        """Publish that from this time on [ns] there is no print."""
+        none = GrowingPath('', stamp_ns)
+        none.complete_until, none.finished = 0.0, True
+        self._publish_update(none, 0)
+        self._paths.publish(path_to_message(none.path(), self._frame_id))
+        self._nav_paths.publish(path_to_nav(none.path(), self._frame_id))
+        self._updated = self._published = self._viewed = None
+
     def _publish_update(self, growing: GrowingPath, first: int) -> None:
         self._points_sent = len(growing)
         self._updates.publish(DepositionPathUpdate(

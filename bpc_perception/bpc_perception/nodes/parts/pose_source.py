@@ -51,7 +51,8 @@ def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, maximum_lea
         if config.source == 'pose' and not warned:
             warned.append(True)
             diagnostics.warn('pose: expected a stamp, found none; taken as of its receipt, so '
-                             'that the path is late by the delay of the network')
+                             'that the path is late by the delay of the network'
+                             '; rather publish a stamped pose')
         take(stamp_ns, T_base_flange)
 
     subscribe_single_source(
@@ -65,7 +66,7 @@ def _follow_tf(node: Node, config: PoseConfig, base_frame: str, maximum_lead: fl
         tf2_ros = import_module('tf2_ros')
     except ImportError as error:
         raise ValueError(f'pose.source: expected tf2_ros to be installed for tf, '
-                         f'found: {error}') from error
+                         f'found: {error}; install it, or choose another pose.source') from error
     buffer = tf2_ros.Buffer()
     tf2_ros.TransformListener(buffer, node)  # kept alive by the node's subscriptions
     latest = [0]
@@ -79,7 +80,8 @@ def _follow_tf(node: Node, config: PoseConfig, base_frame: str, maximum_lead: fl
             expect_not_ahead(node, 'pose', stamp_ns, maximum_lead)
         except (tf2_ros.TransformException, ConversionError) as error:
             diagnostics.refuse(f'tf: expected {config.flange_frame} in {base_frame}, '
-                               f'found: {error}')
+                               f'found: {error}'
+                               '; set base_frame and pose.flange_frame to frames of its tree')
             return
         if stamp_ns != latest[0]:
             latest[0] = stamp_ns

@@ -10,9 +10,10 @@ from bpc_perception.core.capture.pairing import StampPairer
 from bpc_perception.messages import topics
 from bpc_perception.messages.stamps import stamp_in
 from bpc_perception.runtime.diagnostics import Diagnostics
+from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint
 
 TORN = ('captures that are not recorded whole: expected image and cloud of each, found part of '
-        'them; take fewer captures a second, or a region of each')
+        'them; take fewer captures a second, or a region of each; ')
 TORN_PATIENCE_NS = 2 * 10**9  # between the first and the last topic of a capture
 MOST_INCOMPLETE = 100  # captures: as many camera infos may come ahead of what is large
 MISSING_INPUT_PATIENCE_S = 3.0  # from the first capture until a silent input is missing
@@ -50,9 +51,10 @@ class RecordingWatch:
         # The camera info always comes, but not all else.
         for lacking in self._pairer.expired(time.monotonic_ns() - TORN_PATIENCE_NS):
             if self._info not in lacking:
-                self._diagnostics.refuse(TORN)
+                self._diagnostics.refuse(TORN + lost_captures_hint())
         if self._missing and time.monotonic() > self._first_capture + MISSING_INPUT_PATIENCE_S:
             self._diagnostics.warn(
                 f'{" and ".join(sorted(self._missing))}: expected messages beside the captures, '
-                'found none; without them the recording cannot be measured')
+                'found none; without them the recording cannot be measured'
+                '; start their nodes, or name their topics with --remap')
             self._missing.clear()

@@ -11,6 +11,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.views import (
     deviation_message,
     markers_message,
+    no_view,
     overlay_message,
     width_message,
 )
@@ -25,6 +26,7 @@ class Views:
 
     def __init__(self, node: Node, frame_id: str) -> None:
         self._frame_id = frame_id
+        self._shown: set[str] = set()
         self._publishers = {name: node.create_publisher(kind, name, topics.VIEW_QOS)
                             for name, kind in topics.VIEWS.items()}
 
@@ -33,3 +35,10 @@ class Views:
         for name, publisher in self._publishers.items():
             if publisher.get_subscription_count():
                 publisher.publish(MAKE_MESSAGE[name](result, self._frame_id))
+                self._shown.add(name)
+
+    def clear(self) -> None:
+        """Let those who look, now or later, see that there is no print any more."""
+        for name in self._shown:
+            self._publishers[name].publish(no_view(topics.VIEWS[name], self._frame_id))
+        self._shown.clear()

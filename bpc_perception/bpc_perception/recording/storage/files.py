@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 import logging
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from bpc_perception.recording.storage.raw_message import BagError
 logger = logging.getLogger(__name__)
 MCAP, SQLITE = '.mcap', '.db3'
 METADATA = 'metadata.yaml'
-METADATA_BYTES = 1_000_000  # at most; of a robot with a thousand topics
+METADATA_BYTES = 10_000_000  # at most; a thousand topics have one
 SUFFIXES = tuple(kind + packed for kind in (MCAP, SQLITE) for packed in ('', *PACKED))
 
 
@@ -31,32 +32,34 @@ def storage_files(path: Path) -> list[Path]:
     if path.is_file() and is_storage_file(path):
         return [path]
     if not path.exists():
-        raise BagError(f'{path}: expected a bag, found nothing there')
+        raise BagError(f'{path}: expected a bag, found nothing there'
+                       '; name the folder or file of a recording')
     if recordings := recordings_in(path):  # more than one after a crash
         return [file for recording in recordings for file in storage_files(recording)]
-    files = path.is_dir() and (_listed_files(path) or _files_in(path))
+    files = path.is_dir() and (listed_files(path) or files_among(path.iterdir()))
     if not files:
         raise BagError(f'{path}: expected a rosbag2 folder or an .mcap or .db3 file, '
-                       'found neither')
+                       'found neither; name one of these')
     return files
 
 
 def description(folder: Path) -> dict[str, Any]:
     """Return what metadata.yaml says of a recording; empty when it is missing or unfit."""
     try:
-        found = read_yaml(folder / METADATA, METADATA_BYTES)['rosbag2_bagfile_information']
+        content = read_yaml(folder / METADATA, METADATA_BYTES, aliases=True)
+        found = content['rosbag2_bagfile_information']
     except (FileError, LookupError, TypeError):
         return {}
     return found if isinstance(found, dict) else {}
 
 
-def _listed_files(folder: Path) -> list[Path]:
+def listed_files(folder: Path) -> list[Path]:
     """Return the files that metadata.yaml lists, in its order, as far as they are there."""
     listed = description(folder).get('relative_file_paths')
     names = [Path(str(name)).name for name in listed] if isinstance(listed, list) else []
-    there = {_plain(file): file for file in _files_in(folder)}
+    there = {plain_name(file): file for file in files_among(folder.iterdir())}
     # A file may have been packed or unpacked since, by somebody else.
-    names = [_plain(Path(name)) for name in names if is_storage_file(name)]
+    names = [plain_name(Path(name)) for name in names if is_storage_file(name)]
     for name in names:
         if there and name not in there:
             logger.warning('%s: left out %s, which metadata.yaml lists, but which is not there',
@@ -66,17 +69,17 @@ def _listed_files(folder: Path) -> list[Path]:
 
 def kind_of(file: Path) -> str:
     """Return MCAP or SQLITE, by the name of a storage file."""
-    return Path(_plain(file)).suffix
+    return Path(plain_name(file)).suffix
 
 
-def _files_in(folder: Path) -> list[Path]:
+def files_among(entries: Iterable[Path]) -> list[Path]:
     """Return the storage files in a folder, 2 before 10; of one packed and unpacked, that one."""
-    found = sorted((file for file in folder.iterdir() if is_storage_file(file)
-                    and file.is_file()), key=lambda file: (len(_plain(file)), _plain(file)))
+    found = sorted((file for file in entries if is_storage_file(file) and not file.is_dir()),
+                   key=lambda file: (len(plain_name(file)), plain_name(file)))
     names = {file.name for file in found}
     return [file for file in found if file.suffix not in PACKED or file.stem not in names]
 
 
-def _plain(file: Path) -> str:
+def plain_name(file: Path) -> str:
     """Return the name of a storage file once it is unpacked."""
     return file.stem if file.suffix in PACKED else file.name

@@ -52,6 +52,13 @@ def choose_profile(captures: bool = False) -> None:
     os.environ.update(with_profile(os.environ, captures))
 
 
+def lost_captures_hint() -> str:
+    """Return what to do where image or cloud of captures get lost on their way."""
+    profile = PROFILES[os.environ.get(DISCOVERY_RANGE_VARIABLE) == 'LOCALHOST', True]
+    return ("they get lost where the camera's node has too little shared memory: start it with "
+            f'{" and ".join(PROFILE_VARIABLES)} set to {profile}')
+
+
 @contextmanager
 def receive_profile(large_messages: bool) -> Iterator[None]:
     """Let the participant made in the block listen where killed processes harm it least.

@@ -8,11 +8,18 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import pytest
 from rclpy.node import Node
 
-from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import (
+    RateAdvice as RateAdviceMsg,
+    ThicknessProfile as ThicknessProfileMsg,
+)
 from bpc_perception.cli.parts import monitor
 from bpc_perception.cli.parts.recent_warnings import MOST_KINDS
 from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_to_message
+from bpc_perception.messages.profile import profile_to_message
 from bpc_perception.runtime.isolated_graph import Graph
 
 pytestmark = pytest.mark.ros
@@ -48,18 +55,35 @@ def test_messages_that_cannot_be_used_are_told_once_and_those_that_follow_are_he
         graph: Any, capsys: pytest.CaptureFixture[str]) -> None:
     made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
     peer = graph.make(Node, 'peer')
-    profiles = peer.create_publisher(ThicknessProfile, topics.PROFILE, topics.RESULT_QOS)
-    advice = peer.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+    profiles = peer.create_publisher(ThicknessProfileMsg, topics.PROFILE, topics.RESULT_QOS)
+    advice = peer.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
     assert made.spin_until(lambda: profiles.get_subscription_count()
                            and advice.get_subscription_count(), 10)
     for _ in range(2):
-        advice.publish(RateAdvice())  # as `ros2 topic pub` sends for {}
-        advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0, reason=99))
-        profiles.publish(ThicknessProfile(time=[0.0]))
-    advice.publish(RateAdvice(flow_rate_scale=1.0, speed_scale=1.0))
-    profiles.publish(ThicknessProfile())
+        advice.publish(RateAdviceMsg())  # as `ros2 topic pub` sends for {}
+        advice.publish(RateAdviceMsg(flow_rate_scale=1.0, speed_scale=1.0, reason=99))
+        profiles.publish(ThicknessProfileMsg(time=[0.0]))
+    advice.publish(RateAdviceMsg(flow_rate_scale=1.0, speed_scale=1.0, print_id='print'))
+    profiles.publish(ThicknessProfileMsg(print_id='print'))
     assert made.spin_until(lambda: made.profiles and made.advice, 10)
     said = capsys.readouterr().out
     for words in ('expected a flow_rate_scale above 0, found 0.0', 'expected a reason up to 10',
                   'expected arrays of one length'):
         assert said.count(words) == 1, said
+
+
+def test_a_print_that_was_cleared_is_no_result(
+        graph: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
+    made._on_profile(profile_to_message(ThicknessProfile.none(5), 'base'))
+    made._on_advice(advice_to_message(RateAdvice.none(5)))
+    assert (made.profiles, made.advice, made.print_ids, made.warnings) == ({}, {}, [], [])
+    assert capsys.readouterr().out == 'The print was cleared: its advice holds no longer.\n'
+
+
+def test_what_other_nodes_say_is_one_line_without_control(
+        graph: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
+    made._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
+        level=DiagnosticStatus.WARN, name='camera\x1b[2J', message='late\nOK all is well')]))
+    assert capsys.readouterr().out == '  camera\\x1b[2J: late OK all is well\n'

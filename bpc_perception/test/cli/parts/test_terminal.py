@@ -1,12 +1,17 @@
 """What a command says, to people, to scripts, and to nobody."""
 
+from dataclasses import replace
 import json
 import logging
+import os
 
 import pytest
 
+from bpc_perception.cli import compare
+from bpc_perception.cli.app import refuse
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import show_held_warnings, Terminal
+from bpc_perception.report import comparison
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
 
@@ -19,6 +24,27 @@ def test_people_get_lines(capsys, profile, advice):
     assert head.startswith('capture  ink mm')
     assert 'over extrusion: flow x 0.70 or speed x 1.40' in line
     assert said.err == 'bpc: look here\n'
+
+
+def test_what_others_wrote_moves_no_cursor(tmp_path, capsys, profile, advice):
+    terminal, odd = Terminal(), tmp_path / os.fsdecode(b'vase-\xff\x1b[2J')
+    table = ResultTable(terminal)
+    table.add_profile(profile, advice)
+    capsys.readouterr()
+    table.add_profile(replace(profile, print_id='a\nb\x1b]0;x\x07'), advice)
+    terminal.warn('topic\x1b[1m\nOK')
+    terminal.say('a:warning:b')
+    terminal.files([odd])
+    terminal.show(compare.table([{'print': 'a\x1b[31m', **{
+        column.key: None for column in comparison.COLUMNS}}]))
+    with pytest.raises(SystemExit):
+        refuse('bpc: found \x1b[2J\nOK')
+    said = capsys.readouterr()
+    assert said.out.splitlines()[0] == r'print a b\x1b]0;x\x07'
+    assert r'vase-\udcff\x1b[2J' in said.out
+    assert '\x1b' not in said.out
+    assert 'a:warning:b' in said.out
+    assert said.err == 'bpc: topic\\x1b[1m OK\nbpc: found \\x1b[2J OK\n'
 
 
 def test_scripts_get_an_object_a_line(capsys, profile, advice):

@@ -351,7 +351,7 @@ def test_a_profile_tells_where_it_comes_from(method: str) -> None:
 
 @pytest.mark.parametrize('stamp_ns', [START_NS - 1, START_NS])
 def test_fewer_than_two_points_are_refused(measured: Measure, stamp_ns: int) -> None:
-    with pytest.raises(MeasurementError, match=r'^path: expected 2 points or more .*found [01]$'):
+    with pytest.raises(MeasurementError, match=r'^path: expected 2 points or more .*found [01]; '):
         measured(capture_of(band_image(), stamp_ns))
 
 

@@ -345,6 +345,21 @@ def test_a_recorded_print_begins_and_ends_where_it_was_told_to(when: str) -> Non
     assert path_bytes(other) == path_bytes(one)
 
 
+def test_a_recorded_print_that_was_cleared_is_gone() -> None:
+    live, again = PrintTracker(PAUSE), PrintTracker(PAUSE)
+    for tracker in (live, again):
+        stroke(tracker, 1.0, (0.0, 0.0, 0.0))
+    live.clear()
+    again.follow(GrowingPath('', at_ns(4.0)).path())
+    assert again.path() is None
+    for tracker in (live, again):
+        stroke(tracker, 5.0, (0.0, 0.004, 0.0))
+    one, other = live.path(), again.path()
+    assert one is not None
+    assert other is not None
+    assert path_bytes(other) == path_bytes(one)
+
+
 def test_a_recorded_print_that_began_by_itself_tells_nothing() -> None:
     live, again = PrintTracker(PathConfig(auto_stop_after=0.5)), PrintTracker(PAUSE)
     for tracker in (live, again):

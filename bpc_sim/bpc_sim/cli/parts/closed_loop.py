@@ -80,7 +80,6 @@ def run_closed_loop(plan: ClosedLoopPrint, prints: Path | None, page: bool,
         ValueError: nodes do not start, or nothing was measured in time.
     """
     print_ = plan.config.closed_loop_job()
-    job = print_.job
     with monitoring(terminal) as monitor, tempfile.TemporaryDirectory() as folder:
         settings = write_settings(Path(folder), loop_hand_eye(print_),
                                   loop_parameters(print_, Path(folder, 'targets.csv')))
@@ -91,9 +90,10 @@ def run_closed_loop(plan: ClosedLoopPrint, prints: Path | None, page: bool,
             # The print starts when the printer does.
             start_ns = time.time_ns() + round(START_DELAY_S / 2 * 1e9)
             nodes.start('bpc_sim.nodes.printer', start_time_ns=start_ns, **plan.common_parameters)
-            announce(job, plan.config, terminal)
+            last_ns = start_ns + round((print_.duration + 1 / plan.capture_rate) * 1e9)
+            announce(print_.job.length, plan.config.speed, last_ns, terminal)
             # Do not wait for captures without end: the camera may be lost. The speed may halve.
-            timeout = START_DELAY_S + 2 * job.duration + END_MARGIN_S
+            timeout = START_DELAY_S + 2 * print_.duration + END_MARGIN_S
             complete = monitor.spin_until(lambda: is_complete(print_, monitor), timeout,
                                           nodes.check)
             if not complete and not monitor.profiles:

@@ -86,7 +86,8 @@ def run_open_loop(plan: OpenLoopPrint, prints: Path | None, separate: bool, page
             start_ns = time.time_ns() + round(START_DELAY_S * 1e9)
             end_ns = start_ns + round(job.duration * 1e9)
             start_nodes(nodes, plan, settings, separate, start_ns)
-            announce(job, plan.config, terminal)
+            last_ns = end_ns + round(1e9 / plan.capture_rate)
+            announce(job.length, plan.config.speed, last_ns, terminal)
             complete = monitor.spin_until(
                 lambda: any(stamp_ns > end_ns for stamp_ns in monitor.advice),
                 START_DELAY_S + job.duration + END_MARGIN_S + 2 / plan.capture_rate, nodes.check)

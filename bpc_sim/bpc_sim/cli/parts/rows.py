@@ -19,7 +19,8 @@ Row = dict[str, Any]  # flat; units in the names
 def check_file(file: Path | None) -> None:
     """Raise ValueError unless a file can be written there; None = no file."""
     if file is not None and not file.absolute().parent.is_dir():
-        raise ValueError(f'{file}: expected a file in a folder that exists, found none')
+        raise ValueError(f'{file}: expected a file in a folder that exists, found none; make '
+                         'the folder')
 
 
 def write_json(file: Path | None, rows: Iterable[Row], terminal: Terminal) -> None:

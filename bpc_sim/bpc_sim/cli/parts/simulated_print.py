@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+import time
 
 import yaml
 
 from bpc_perception.cli.parts.monitor import Monitor
 from bpc_perception.cli.parts.saved_prints import SavedPrints
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.units import MM_PER_M, S_PER_NS
 from bpc_perception.messages import topics
 from bpc_perception.runtime.child_processes import Nodes
-from bpc_sim.config import SimConfig
-from bpc_sim.printer.print_job import PrintJob
 
 START_DELAY_S = 6.0  # in which all nodes find each other
 START_TIMEOUT_S = 60.0  # for the nodes, on a busy machine
@@ -50,10 +49,18 @@ def saved_print(prints: Path | None, settings: Settings) -> SavedPrints | None:
     return SavedPrints(prints, settings.hand_eye, settings.parameters)
 
 
-def announce(job: PrintJob, config: SimConfig, terminal: Terminal) -> None:
-    """Say how long a print takes."""
-    terminal.say(f'{job.length * MM_PER_M:.0f} mm at {config.speed * MM_PER_M:g} mm/s: '
-                 f'{job.duration + START_DELAY_S:.0f} s; Ctrl-C ends.')
+def announce(length: float, speed: float, end_ns: int, terminal: Terminal) -> None:
+    """Say how long it takes until the last capture of a print.
+
+    Args:
+        length: of the path [m].
+        speed: of the nozzle along it [m/s].
+        end_ns: when that capture is taken [ns].
+        terminal: of the command.
+    """
+    left = (end_ns - time.time_ns()) * S_PER_NS
+    terminal.say(f'{length * MM_PER_M:.0f} mm at {speed * MM_PER_M:g} mm/s: done in {left:.0f} s; '
+                 'Ctrl-C ends it before.')
 
 
 def reasons(monitor: Monitor) -> str:

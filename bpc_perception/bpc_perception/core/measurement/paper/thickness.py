@@ -25,11 +25,13 @@ def fit_plane(points: Array, viewpoint: Array) -> Plane:
     Raises ValueError with fewer than three points, or if they do not span a plane.
     """
     if len(points) < 3:
-        raise ValueError(f'plane: expected 3 points or more, found {len(points)}')
+        raise ValueError(f'plane: expected 3 points or more, found {len(points)}'
+                         '; does the camera see the bed there?')
     P = np.column_stack((points, np.ones(len(points))))
     eigenvalues, eigenvectors = np.linalg.eigh(P.T @ P / len(P))
     if eigenvalues[1] <= LARGEST_LINE_RATIO * eigenvalues[-1]:
-        raise ValueError('plane: expected points that span a plane, found them on a line')
+        raise ValueError('plane: expected points that span a plane, found them on a line'
+                         '; does the camera see the bed there?')
     a, b, c, d = eigenvectors[:, 0]
     scale = np.linalg.norm((a, b, c))
     plane = Plane(np.array((a, b, c)) / scale, float(d / scale))
