@@ -5,7 +5,6 @@ Typer makes options, types and help from the signatures of the functions.
 
 from __future__ import annotations
 
-import atexit
 from contextlib import suppress
 from importlib.metadata import entry_points
 import logging
@@ -29,7 +28,6 @@ from bpc_perception.cli import (
 from bpc_perception.cli.parts.terminal import show_held_warnings, WARNINGS
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED
-from bpc_perception.runtime.signals import end_in_time
 from bpc_perception.runtime.transport import shared_memory
 from bpc_perception.runtime.transport.dds_profiles import choose_profile
 
@@ -57,7 +55,6 @@ def main() -> None:
     choose_profile()
     # Clean here, before any node starts: a node would do it while others run.
     shared_memory.clean()
-    atexit.register(end_in_time)
     logging.getLogger().addHandler(WARNINGS)
     try:
         status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)

@@ -41,7 +41,9 @@ def exit_on_signal() -> Iterator[None]:
 def end_in_time() -> None:
     """Flush the output, and let the kernel end this process if its end hangs.
 
-    No Python thread could end a process that hangs in C++ with the interpreter's lock.
+    That is for whoever is in a ROS graph: the middleware may wait for ever. No Python thread could
+    end a process that hangs in C++ with the interpreter's lock. All others end by themselves,
+    however long that takes on a busy machine.
     """
     with suppress(OSError, ValueError):  # nobody reads the output any more
         sys.stdout.flush()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import signal
@@ -28,7 +29,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError
-from bpc_perception.runtime.signals import ending_signals
+from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
 
 # What the node logs is shown by the terminal, and needs no file.
@@ -209,6 +210,7 @@ def _monitoring(terminal: Terminal, keep: int | None) -> Iterator[Monitor]:
     early: list[int] = []
     before = {number: signal.signal(number, lambda received, _: early.append(received))
               for number in ending_signals()}
+    atexit.register(end_in_time)
     rclpy.init(args=ROS_ARGUMENTS, signal_handler_options=SignalHandlerOptions.NO)
     with receive_profile(large_messages=False):
         node = rclpy.create_node('bpc_monitor')
