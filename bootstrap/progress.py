@@ -30,14 +30,17 @@ def last_line(log: Path) -> str:
 def run_logged(
     command: Sequence[str], log: Path, *, cwd: Path, environment: Mapping[str, str]
 ) -> bool:
-    """Run a command, appending its output to a log; tell whether it succeeded."""
+    """Run a command, appending its output to a log; tell whether it succeeded.
+
+    It ends with this process, with all that it started.
+    """
     terminal = sys.stderr.isatty()
     start = shown = time.monotonic()
-    with log.open('ab') as output:
-        process = subprocess.Popen(
-            command, cwd=cwd, env=environment, stdin=subprocess.DEVNULL,
-            stdout=output, stderr=subprocess.STDOUT,
-        )  # fmt: skip
+    guarded = [sys.executable, '-I', str(Path(__file__).with_name('guard.py')), *command]
+    with log.open('ab') as output, subprocess.Popen(
+        guarded, cwd=cwd, env=environment, stdin=subprocess.PIPE,
+        stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+    ) as process:  # fmt: skip
         try:
             while True:
                 try:
@@ -54,6 +57,3 @@ def run_logged(
         finally:
             if terminal:
                 print('\r\x1b[K', end='', file=sys.stderr, flush=True)
-            if process.poll() is None:
-                process.terminate()
-                process.wait()
