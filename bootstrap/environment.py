@@ -6,6 +6,7 @@ from pathlib import Path
 import shlex
 
 from bootstrap import places
+from bootstrap.progress import PYTHON_SETTINGS
 from bootstrap.stamps import PYTHON_PACKAGES
 from bootstrap.venv import Venv
 
@@ -78,6 +79,9 @@ def variables(venv: Venv, given: Mapping[str, str], build: Path | None) -> dict[
     return {name: value for name, value in result.items() if value}
 
 
-def exports(values: Mapping[str, str]) -> str:
-    """Return shell lines that set the variables."""
-    return ''.join(f'export {name}={shlex.quote(value)}\n' for name, value in values.items())
+def exports(values: Mapping[str, str], given: Mapping[str, str]) -> str:
+    """Return shell lines that set the variables, and unset what harms our Python."""
+    unset = ''.join(f'unset {name}\n' for name in PYTHON_SETTINGS if name in given)
+    return unset + ''.join(
+        f'export {name}={shlex.quote(value)}\n' for name, value in values.items()
+    )

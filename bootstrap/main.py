@@ -5,10 +5,11 @@ from contextlib import contextmanager, suppress
 import fcntl
 import os
 from pathlib import Path
+import sys
 from typing import NoReturn
 
 from bootstrap import environment, places, ros, venv, workspace
-from bootstrap.progress import note, SetupError
+from bootstrap.progress import note, SetupError, without_settings
 from bootstrap.workspace import Workspace
 
 LOGS = Path('log', 'setup')
@@ -44,6 +45,7 @@ def what_is_there(root: Path, rclpy: Path | None) -> Workspace | None:
 def set_up(root: Path, rclpy: Path | None) -> Workspace:
     """Make what is missing or out of date, beside what is there, and hold it."""
     with only_one(root):
+        places.remove_unused(places.unfinished(root))  # it takes room
         made = venv.find(root, rclpy)
         if made is None:
             if 'ROS_DISTRO' in os.environ and rclpy is None:
@@ -60,9 +62,9 @@ def set_up(root: Path, rclpy: Path | None) -> Workspace:
 def tidy(root: Path, built: Workspace) -> None:
     """Let .venv name this environment, and remove what nothing uses."""
     with suppress(OSError):  # another ./bpc does it, or the folder is somebody else's
-        if places.superfluous(root, built.places) or places.of_earlier_versions(root):
+        if places.superfluous(root, built.places):
             with only_one(root, wait=False):
-                places.remove_unused(root, built.places)
+                places.remove_unused(places.superfluous(root, built.places))
         places.point_to(root, built.venv.path)
 
 
@@ -72,7 +74,7 @@ def run_command_line(built: Workspace, arguments: Sequence[str]) -> NoReturn:
     Path(values['ROS_LOG_DIR']).mkdir(parents=True, exist_ok=True)
     python = built.venv.python
     command = [str(python), '-m', 'bpc_perception', *arguments]
-    os.execve(python, command, {**os.environ, **values})
+    os.execve(python, command, {**without_settings(os.environ), **values})
 
 
 def main(root: str, arguments: Sequence[str]) -> int:
@@ -84,7 +86,7 @@ def main(root: str, arguments: Sequence[str]) -> int:
         tidy(folder, built)
         if list(arguments) == ['env']:
             values = environment.variables(built.venv, os.environ, built.path)
-            print(environment.exports(values), end='')
+            sys.stdout.buffer.write(os.fsencode(environment.exports(values, os.environ)))
             return 0
         run_command_line(built, arguments)
     except SetupError as error:

@@ -5,7 +5,7 @@ interrupted set-up left running works in a folder that nobody will use. A stamp,
 makes it complete.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 import fcntl
 import os
@@ -124,31 +124,32 @@ def is_recent(place: Path) -> bool:
 
 
 def of_earlier_versions(root: Path) -> list[Path]:
-    """Return the folders that earlier versions of the set-up made."""
+    """Return the folders that earlier versions of the set-up made, which belong together."""
     venv, build, install = root / LINK, root / 'build', root / 'install'
     found = [venv] if venv.is_dir() and not venv.is_symlink() else []
     return found + ([build, install] if stamp_of(install) else [])  # others are not ours
 
 
-def superfluous(root: Path, used: Collection[Path]) -> list[Path]:
-    """Return the places to remove, whoever made them and however far they came, once unused."""
-    return [place for place in existing(root) if place not in used and not is_recent(place)]
+def unfinished(root: Path) -> list[list[Path]]:
+    """Return what an interrupted set-up left."""
+    return [[place] for place in existing(root) if not stamp_of(place)]
 
 
-def remove_unused(root: Path, used: Collection[Path]) -> None:
-    """Remove the superfluous places that nothing uses."""
+def superfluous(root: Path, used: Collection[Path]) -> list[list[Path]]:
+    """Return what is to be removed once nothing uses it, whoever made it."""
+    old = [place for place in existing(root) if place not in used and not is_recent(place)]
+    groups = [*([place] for place in old), of_earlier_versions(root)]
+    return [group for group in groups if group]
+
+
+def remove_unused(groups: Iterable[Sequence[Path]]) -> None:
+    """Remove groups of places of which nothing is used."""
     processes = running()
-
-    def runs_from(place: Path) -> bool:
-        return os.fsencode(f'{place}{os.sep}') in processes
-
-    old = of_earlier_versions(root)
-    if not any(map(runs_from, old)):
-        for place in old:
-            remove(place)
-    for place in superfluous(root, used):
-        if not runs_from(place) and not is_held(place):
-            remove(place)
+    for group in groups:
+        loaded = any(os.fsencode(f'{place}{os.sep}') in processes for place in group)
+        if not loaded and not any(map(is_held, group)):
+            for place in group:
+                remove(place)
 
 
 def remove(place: Path) -> None:

@@ -16,7 +16,9 @@ from bootstrap import (
     cmake_repair,
     environment,
     main,
+    path_order,
     places,
+    progress,
     python_choice,
     ros,
     stamps,
@@ -304,9 +306,12 @@ def test_too_little_space_is_said_before_anything_is_made(
     checkout: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(venv, 'NEEDED_SPACE_BYTES', 1e18)
+    before = completed(checkout, '3.99').path
+    monkeypatch.setenv('BPC_PYTHON', 'python3')
+    (checkout / places.FOLDER / 'left by a killed one').mkdir()
     with pytest.raises(SetupError, match=r'needs 1000000000\.0 GB of disk'):
         main.set_up(checkout, None)
-    assert places.existing(checkout) == []
+    assert places.existing(checkout) == [before]
 
 
 def test_a_killed_set_up_leaves_nothing_running(tmp_path: Path) -> None:
@@ -382,6 +387,44 @@ def test_users_own_settings_stay(checkout: Path) -> None:
     assert values['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
     assert values['ROS_LOG_DIR'] == '/logs'
     assert values['RMW_IMPLEMENTATION'] == 'rmw_fastrtps_cpp'
+
+
+def test_own_packages_win_over_those_in_pythonpath(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own, foreign = str(checkout / 'bpc_perception'), '/other/numpy'
+    monkeypatch.setenv('PYTHONPATH', os.pathsep.join([foreign, own, '']))
+    monkeypatch.setattr(sys, 'path', ['', foreign, own, '/lib/python3.11', '/site-packages'])
+    path_order.put_last(str(checkout))
+    assert sys.path == ['', own, '/lib/python3.11', '/site-packages', foreign]
+
+
+def test_each_start_of_an_environment_orders_its_paths(checkout: Path) -> None:
+    made = venv.Venv(checkout, None, checkout / 'made')
+    packages = made.path / 'lib' / f'python{venv.own_version()}' / 'site-packages'
+    packages.mkdir(parents=True)
+    venv.order_paths(made)
+    code = f'import site, sys; site.addsitedir({str(packages)!r}); print(sys.path[-1])'
+    ended = subprocess.check_output(
+        [sys.executable, '-c', code], env={'PYTHONPATH': '/other/numpy'}, text=True
+    )
+    assert ended == '/other/numpy\n'
+
+
+def test_settings_for_other_pythons_are_left_out() -> None:
+    given = {'PYTHONHOME': '/other', 'PYTHONWARNINGS': 'error', 'PYTHONPATH': '/mine'}
+    assert progress.without_settings(given) == {'PYTHONPATH': '/mine'}
+    assert environment.exports({'BPC_ROOT': '/r'}, given) == (
+        'unset PYTHONHOME\nunset PYTHONWARNINGS\nexport BPC_ROOT=/r\n'
+    )
+
+
+def test_the_home_of_another_python_does_not_keep_the_command_from_starting() -> None:
+    given = {**os.environ, 'PYTHONHOME': '/nowhere', 'BPC_PYTHON': '/nowhere/python'}
+    ended = subprocess.run([ROOT / 'bpc'], env=given, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (
+        2, 'bpc: BPC_PYTHON should name a Python 3.10-3.13, but /nowhere/python does not run\n'
+    )  # fmt: skip
 
 
 def test_environment_set_twice_is_the_same(checkout: Path) -> None:

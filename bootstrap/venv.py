@@ -10,10 +10,10 @@ import subprocess
 import sys
 import sysconfig
 
-from bootstrap import cmake_repair, places, stamps
+from bootstrap import cmake_repair, path_order, places, stamps
 from bootstrap.progress import note, run_logged, SetupError
 
-NEEDED_SPACE_BYTES = 2.2e9  # for the environment, the build, and what pip downloads meanwhile
+NEEDED_SPACE_BYTES = 2.0e9  # for the environment, the build, and what pip downloads meanwhile
 
 # Patterns in pip's log, and what they mean. The first that matches is the reason.
 PIP_FAILURES = (
@@ -169,6 +169,14 @@ def compile_modules(venv: Venv, log: Path) -> None:
     run_logged(command, log, cwd=venv.root, environment=os.environ)
 
 
+def order_paths(venv: Venv) -> None:
+    """Let no other NumPy win over that of the environment, as one in PYTHONPATH would."""
+    packages = venv.path / 'lib' / f'python{own_version()}' / 'site-packages'
+    shutil.copy(Path(path_order.__file__), packages / 'bpc_path_order.py')
+    call = f'import bpc_path_order; bpc_path_order.put_last({str(venv.root)!r})\n'
+    (packages / 'bpc_path_order.pth').write_text(call)
+
+
 def complete_ros(venv: Venv) -> None:
     """Add what the wheels lack, compared with an installation of ROS.
 
@@ -188,13 +196,14 @@ def make(root: Path, rclpy: Path | None, log: Path) -> Venv:
         venv = Venv(root, rclpy, path)
         note(f'[1/3] virtual environment with Python {own_version()}')
         options = ['--system-site-packages'] if rclpy else []
-        command = [base_python(), '-m', 'venv', '--prompt', 'bpc', *options, str(path)]
+        command = [base_python(), '-I', '-m', 'venv', '--prompt', 'bpc', *options, str(path)]
         if not run_logged(command, log, cwd=root, environment=os.environ):
-            wanted = ' '.join(command[:3])
+            wanted = ' '.join(command[:4])
             raise SetupError(f'expected {wanted} to work, found an error (log: {log})')
         count = len(re.findall(r'^[\w.-]+==', venv.lock.read_text(), re.MULTILINE))
         note(f'[2/3] about {count} packages from the package index, a minute or two')
         install(venv, log)
+        order_paths(venv)
         compile_modules(venv, log)
         if rclpy is None:
             complete_ros(venv)

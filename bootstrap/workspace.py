@@ -74,6 +74,7 @@ def build(venv: Venv, log: Path) -> Workspace:
             )
         trial = [str(venv.python), '-c', TRIAL]
         given = {**os.environ, **environment.variables(venv, os.environ, path)}
+        del given['RMW_IMPLEMENTATION']  # it may be missing, and most commands need none
         if not run_logged(trial, log, cwd=venv.root, environment=given):
             raise SetupError(f'expected ROS and our messages to load, found an error (log: {log})')
         places.complete(path, target)

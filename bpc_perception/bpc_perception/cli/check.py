@@ -32,6 +32,7 @@ from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder, name_other_sections
 from bpc_perception.runtime.ros_arguments import remappings
+from bpc_perception.runtime.transport.middleware import expect_middleware
 
 S_PER_DAY = 86400.0
 SPIN_PERIOD_S = 0.05
@@ -103,6 +104,7 @@ def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: boo
 
     See RigListener for the other arguments.
     """
+    expect_middleware()
     rclpy.init(args=[])  # not the arguments of the command, where := means a remapping, too
     node = rclpy.create_node('bpc_check')
     try:

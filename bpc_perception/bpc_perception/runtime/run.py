@@ -9,7 +9,7 @@ import signal
 import sys
 from threading import Thread
 import traceback
-from typing import Any
+from typing import Any, NoReturn
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -27,6 +27,7 @@ from bpc_perception.runtime.process import (
 )
 from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
+from bpc_perception.runtime.transport.middleware import expect_middleware
 
 try:
     from rclpy.experimental import EventsExecutor
@@ -72,6 +73,10 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         on_purpose: called with each node when someone ends it, unlike when it, or the process that
             started it, has crashed.
     """
+    try:
+        expect_middleware()
+    except ValueError as error:
+        _refuse(make_node, error)
     if large_messages:
         keep_memory()
     is_child = end_with_parent()
@@ -115,9 +120,13 @@ def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
         with receive_profile(large_messages):
             made = make_node()
     except (ValueError, OSError, ParameterException) as error:
-        print(f'{make_node.__name__}: {error}', file=sys.stderr)
-    else:
-        return [made] if isinstance(made, Node) else list(made)
+        _refuse(make_node, error)
+    return [made] if isinstance(made, Node) else list(made)
+
+
+def _refuse(make_node: Callable[..., object], error: Exception) -> NoReturn:
+    """Exit with the reason why nodes cannot be made."""
+    print(f'{make_node.__name__}: {error}', file=sys.stderr)
     gc.collect()  # half-made nodes then leave the graph
     sys.exit(REFUSED)
 

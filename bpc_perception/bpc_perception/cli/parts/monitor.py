@@ -27,6 +27,7 @@ from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.runtime.signals import ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
+from bpc_perception.runtime.transport.middleware import expect_middleware
 
 # What the node logs is shown by the terminal, and needs no file.
 ROS_ARGUMENTS = ['--ros-args', '--disable-external-lib-logs']
@@ -189,6 +190,7 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
 
     It keeps the newest ``keep`` results, or all of them.
     """
+    expect_middleware()
     # The handlers only take note. Those of rclpy shut down under a running callback; those of
     # Python raise in the middle of a message, which comes out of rclpy like any other error.
     early: list[int] = []
