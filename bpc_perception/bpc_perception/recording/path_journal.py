@@ -44,9 +44,13 @@ class OtherSettingsError(ValueError):
 def default_folder(namespace: str = '') -> Path:
     """Return the folder for a user's running prints [XDG Base Directory Specification].
 
-    Each namespace of each ROS domain has its own folder.
+    Each namespace of each ROS domain has its own folder. Raises ValueError for a user without one.
     """
-    home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
+    try:
+        home = os.environ.get('XDG_STATE_HOME') or Path.home() / '.local' / 'state'
+    except RuntimeError as error:
+        raise ValueError('HOME: expected the folder of the user, found none; '
+                         'set HOME or XDG_STATE_HOME') from error
     return Path(home, 'bpc', f'domain_{os.environ.get("ROS_DOMAIN_ID") or 0}',
                 *namespace.strip('/').split('/'))
 

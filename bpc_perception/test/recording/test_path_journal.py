@@ -165,6 +165,16 @@ def test_of_two_prints_the_newer_is_resumed(tmp_path: Path) -> None:
     assert_same(resumed(tmp_path, count=50), second.path())
 
 
+def test_a_user_without_a_home_is_told_to_set_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown() -> Path:
+        raise RuntimeError('Could not determine home directory.')
+
+    monkeypatch.delenv('XDG_STATE_HOME', raising=False)
+    monkeypatch.setattr(Path, 'home', unknown)
+    with pytest.raises(ValueError, match='HOME: expected the folder of the user, found none'):
+        default_folder()
+
+
 def test_every_namespace_of_a_domain_has_a_folder_of_its_own(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('XDG_STATE_HOME', str(tmp_path))
