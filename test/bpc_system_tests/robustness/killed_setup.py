@@ -25,6 +25,7 @@ import zipfile
 from bpc_system_tests.parts.command_line import ROOT
 
 LONGEST_S = 12.0  # of a set-up of the small checkout, on a busy machine
+BUILD_SHARE = 0.3  # of it for the messages alone
 PATIENCE_S = 120.0
 DAY_S = 86400.0
 MODULES = 40  # of environment and build each, which a print loads one after the other
@@ -141,14 +142,19 @@ def goes_on(printing: subprocess.Popen[str]) -> bool:
 
 
 def killed(checkout: Checkout, chance: random.Random, printing: subprocess.Popen[str] | None,
-           longest: float) -> list[str]:
-    """Kill one set-up and start the next; return what went wrong."""
+           longest: float) -> tuple[bool, list[str]]:
+    """Kill one set-up, unless it is done before, and start the next.
+
+    Return whether it was killed, and what went wrong.
+    """
     faults = []
     checkout.pass_a_day()
     setting_up = checkout.start('--help')
     try:
         setting_up.wait(timeout=chance.uniform(0, longest))
+        done = True
     except subprocess.TimeoutExpired:
+        done = False
         if printing and not goes_on(printing):
             faults.append('the print ended during the set-up')
         order, group = chance.choice(ENDS)
@@ -160,22 +166,28 @@ def killed(checkout: Checkout, chance: random.Random, printing: subprocess.Popen
     setting_up.communicate(timeout=PATIENCE_S)
     if printing and not faults and not goes_on(printing):
         faults.append('the print ended after the set-up')
-    return faults
+    return not done, faults
 
 
 def trial(checkout: Checkout, number: int, chance: random.Random, pythons: list[str],
-          longest: float) -> list[str]:
-    """Change something, set up beside a print or beside none, and kill that."""
+          longest: float) -> tuple[bool, list[str]]:
+    """Change something, set up beside a print or beside none, and kill that.
+
+    Return whether it was killed, and what went wrong.
+    """
     printing = checkout.start('print') if number % 2 else None
     if printing and printing.stdout and printing.stdout.readline() != 'prints\n':
-        return ['no print began']
+        return False, ['no print began']
     what = chance.choice(('lock', 'messages', 'python'))
     if what == 'lock':
         checkout.change_lock(f'lock {number}')
     elif what == 'messages':
         checkout.message.write_text(f'message {number}')
-    checkout.environment['BPC_PYTHON'] = chance.choice(pythons)
-    faults = killed(checkout, chance, printing, longest)
+        longest *= BUILD_SHARE
+    else:
+        others = [python for python in pythons if python != checkout.environment['BPC_PYTHON']]
+        checkout.environment['BPC_PYTHON'] = chance.choice(others or pythons)
+    was_killed, faults = killed(checkout, chance, printing, longest)
     if printing:
         printing.communicate(timeout=PATIENCE_S)
     checkout.pass_a_day()
@@ -183,7 +195,7 @@ def trial(checkout: Checkout, number: int, chance: random.Random, pythons: list[
     last.communicate(timeout=PATIENCE_S)
     if last.returncode or checkout.left() > 2:
         faults.append(f'{checkout.left()} environments and builds stay, expected 2')
-    return [f'{what}: {fault}' for fault in faults]
+    return was_killed, [f'{what}: {fault}' for fault in faults]
 
 
 def main() -> int:
@@ -195,7 +207,7 @@ def main() -> int:
     parser.add_argument('--pythons', nargs='+', default=[sys.executable])
     parser.add_argument('--source', type=Path, default=ROOT, help='the checkout with the set-up')
     given = parser.parse_args()
-    chance, counts = random.Random(given.seed), Counter[bool]()
+    chance, counts = random.Random(given.seed), Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         checkout = Checkout(Path(folder).resolve(), given.source)
         checkout.change_lock('first')
@@ -204,11 +216,12 @@ def main() -> int:
         _, complaints = checkout.start('--help').communicate()
         print(complaints)
         for number in range(given.kills):
-            faults = trial(checkout, number, chance, given.pythons, given.longest)
-            counts[not faults] += 1
-            print(f'{number + 1}: {faults or "good"}', flush=True)
-    print(f'{counts[True]} of {given.kills} without a fault')
-    return int(counts[False] > 0)
+            was_killed, faults = trial(checkout, number, chance, given.pythons, given.longest)
+            counts['faults'] += bool(faults)
+            counts['killed'] += was_killed
+            counts['beside a print'] += was_killed and number % 2
+            print(f'{number + 1}: {faults or "good"}, so far {dict(counts)}', flush=True)
+    return int(counts['faults'] > 0)
 
 
 if __name__ == '__main__':
