@@ -80,8 +80,9 @@ def test_an_unsuitable_python_is_named(
 
 
 @pytest.fixture
-def checkout(tmp_path: Path) -> Path:
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A checkout with one file of each kind."""
+    monkeypatch.delenv('BPC_PYTHON', raising=False)
     for file in (
         'bootstrap/requirements.lock',
         'bootstrap/stock.lock',
@@ -158,7 +159,6 @@ def test_only_an_asked_for_python_needs_another_environment(
     checkout: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     completed(checkout, '3.99')
-    monkeypatch.delenv('BPC_PYTHON', raising=False)
     assert venv.find(checkout, None)
     monkeypatch.setenv('BPC_PYTHON', 'python3')
     assert not venv.find(checkout, None)
