@@ -5,6 +5,8 @@ import os
 from pathlib import Path
 import shlex
 
+from bootstrap import places
+from bootstrap.progress import PYTHON_SETTINGS
 from bootstrap.stamps import PYTHON_PACKAGES
 from bootstrap.venv import Venv
 
@@ -12,29 +14,27 @@ from bootstrap.venv import Venv
 ROS_PATHS = ('AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'LD_LIBRARY_PATH')
 
 
-def joined(first: Iterable[Path], rest: str) -> str:
+def joined(first: Iterable[Path], rest: Iterable[str]) -> str:
     """Return a search path with some folders in front, each folder once."""
-    parts = [str(path) for path in first] + [part for part in rest.split(os.pathsep) if part]
-    return os.pathsep.join(dict.fromkeys(parts))
+    return os.pathsep.join(dict.fromkeys([*map(str, first), *rest]))
 
 
-def python_folders(root: Path) -> list[Path]:
+def python_folders(root: Path, build: Path) -> list[Path]:
     """Return the folders to import our packages from: sources, metadata, generated messages."""
-    install = root / 'install'
+    install = build / 'install'
     return [
         *(root / package for package in (*PYTHON_PACKAGES, 'test')),
-        *(root / 'build' / package for package in PYTHON_PACKAGES),
+        *(build / 'build' / package for package in PYTHON_PACKAGES),
         *sorted(install.glob('lib/python3*/site-packages')),
         *sorted(install.glob('local/lib/python3*/dist-packages')),
     ]
 
 
-def search_paths(venv: Venv, given: Mapping[str, str], built: bool) -> dict[str, str]:
-    """Return the search paths, with or without the folders of the colcon build in front."""
+def search_paths(venv: Venv, given: Mapping[str, str], build: Path | None) -> dict[str, str]:
+    """Return the search paths, with the folders of the colcon build, if there is one, in front."""
     if given.get('ROS_DISTRO') and venv.rclpy is None:
         given = {key: value for key, value in given.items() if key not in ROS_PATHS}
-    root = venv.root
-    prefixes = [root / 'install'] if built else []
+    prefixes = [build / 'install'] if build else []
     libraries = [prefix / 'lib' for prefix in prefixes]
     if venv.rclpy is None:
         prefixes.append(venv.path)
@@ -45,23 +45,29 @@ def search_paths(venv: Venv, given: Mapping[str, str], built: bool) -> dict[str,
         'AMENT_PREFIX_PATH': prefixes,
         'CMAKE_PREFIX_PATH': prefixes,
         'LD_LIBRARY_PATH': libraries,
-        'PYTHONPATH': python_folders(root) if built else [],
+        'PYTHONPATH': python_folders(venv.root, build) if build else [],
     }
-    return {name: joined(paths, given.get(name, '')) for name, paths in folders.items()}
+    earlier = f'{venv.root / places.FOLDER}{os.sep}'  # from a shell with another `./bpc env`
+    rest = {
+        name: [part for part in given.get(name, '').split(os.pathsep)
+               if part and not part.startswith(earlier)]
+        for name in folders
+    }  # fmt: skip
+    return {name: joined(paths, rest[name]) for name, paths in folders.items()}
 
 
-def variables(venv: Venv, given: Mapping[str, str], built: bool = True) -> dict[str, str]:
+def variables(venv: Venv, given: Mapping[str, str], build: Path | None) -> dict[str, str]:
     """Return the variables to set, given those that are set already.
 
     Args:
         venv: the virtual environment
         given: the variables that are set
-        built: whether to include the folders of the colcon build
+        build: folder of the colcon build; None: it is only going to be built
     """
     result = {
         'BPC_ROOT': str(venv.root),
         'VIRTUAL_ENV': str(venv.path),
-        **search_paths(venv, given, built),
+        **search_paths(venv, given, build),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': given.get('ROS_AUTOMATIC_DISCOVERY_RANGE') or 'LOCALHOST',
         'ROS_LOG_DIR': given.get('ROS_LOG_DIR') or str(venv.root / 'log' / 'ros'),
         'RMW_IMPLEMENTATION': given.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp',
@@ -73,6 +79,9 @@ def variables(venv: Venv, given: Mapping[str, str], built: bool = True) -> dict[
     return {name: value for name, value in result.items() if value}
 
 
-def exports(values: Mapping[str, str]) -> str:
-    """Return shell lines that set the variables."""
-    return ''.join(f'export {name}={shlex.quote(value)}\n' for name, value in values.items())
+def exports(values: Mapping[str, str], given: Mapping[str, str]) -> str:
+    """Return shell lines that set the variables, and unset what harms our Python."""
+    unset = ''.join(f'unset {name}\n' for name in PYTHON_SETTINGS if name in given)
+    return unset + ''.join(
+        f'export {name}={shlex.quote(value)}\n' for name, value in values.items()
+    )

@@ -1,67 +1,94 @@
 """Sets up what is missing, then runs the product's command line."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 import fcntl
 import os
 from pathlib import Path
+import sys
 from typing import NoReturn
 
-from bootstrap import environment, ros, venv, workspace
-from bootstrap.progress import note, SetupError
+from bootstrap import environment, places, ros, venv, workspace
+from bootstrap.progress import note, SetupError, without_settings
+from bootstrap.workspace import Workspace
+
+LOGS = Path('log', 'setup')
 
 
 @contextmanager
-def only_one(logs: Path) -> Iterator[None]:
-    """Let only one ./bpc at a time set up this checkout."""
+def only_one(root: Path, wait: bool = True) -> Iterator[None]:
+    """Let only one ./bpc at a time change what is set up in this checkout.
+
+    Raises:
+        BlockingIOError: there is another, and this one is not to wait for it.
+    """
+    logs = root / LOGS
+    logs.mkdir(parents=True, exist_ok=True)
     with (logs / 'lock').open('w') as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
+            if not wait:
+                raise
             note('waiting for another ./bpc that is setting this checkout up')
             fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 
-def is_current(target: venv.Venv) -> bool:
-    """Tell whether everything is set up."""
-    return target.is_current() and workspace.is_current(target)
+def what_is_there(root: Path, rclpy: Path | None) -> Workspace | None:
+    """Return environment and build if both are as they would be made now, and hold them."""
+    made = venv.find(root, rclpy)
+    built = workspace.find(made) if made else None
+    return built if built and all(map(places.hold, built.places)) else None
 
 
-def set_up(target: venv.Venv) -> None:
-    """Make what is missing or out of date."""
-    logs = target.root / 'log' / 'setup'
-    logs.mkdir(parents=True, exist_ok=True)
-    with only_one(logs):
-        if not target.is_current():
-            if 'ROS_DISTRO' in os.environ and target.rclpy is None:
+def set_up(root: Path, rclpy: Path | None) -> Workspace:
+    """Make what is missing or out of date, beside what is there, and hold it."""
+    with only_one(root):
+        places.remove_unused(places.unfinished(root))  # it takes room
+        made = venv.find(root, rclpy)
+        if made is None:
+            if 'ROS_DISTRO' in os.environ and rclpy is None:
                 note('the sourced ROS has no rclpy that this Python can load; using wheels')
-            venv.check_prerequisites(target.root)
-            venv.make(target, logs / 'pip.log')
-        if not workspace.is_current(target):
-            workspace.build(target, logs / 'colcon.log')
+            venv.check_prerequisites(root)
+            made = venv.make(root, rclpy, root / LOGS / 'pip.log')
+        built = workspace.find(made) or workspace.build(made, root / LOGS / 'colcon.log')
+        for place in built.places:
+            places.hold(place)
     note('ready')
+    return built
 
 
-def run_command_line(target: venv.Venv, arguments: Sequence[str]) -> NoReturn:
+def tidy(root: Path, built: Workspace) -> None:
+    """Let .venv name this environment, and remove what nothing uses."""
+    with suppress(OSError):  # another ./bpc does it, or the folder is somebody else's
+        if places.superfluous(root, built.places):
+            with only_one(root, wait=False):
+                places.remove_unused(places.superfluous(root, built.places))
+        places.point_to(root, built.venv.path)
+
+
+def run_command_line(built: Workspace, arguments: Sequence[str]) -> NoReturn:
     """Replace this process by the command line."""
-    values = environment.variables(target, os.environ)
+    values = environment.variables(built.venv, os.environ, built.path)
     Path(values['ROS_LOG_DIR']).mkdir(parents=True, exist_ok=True)
-    command = [str(target.python), '-m', 'bpc_perception', *arguments]
-    os.execve(target.python, command, {**os.environ, **values})
+    python = built.venv.python
+    command = [str(python), '-m', 'bpc_perception', *arguments]
+    os.execve(python, command, {**without_settings(os.environ), **values})
 
 
 def main(root: str, arguments: Sequence[str]) -> int:
     """Run ./bpc; return the exit status unless the command line replaces this process."""
     folder = Path(root).resolve()
     try:
-        target = venv.Venv(folder, ros.stock_rclpy(os.environ, folder / '.venv'))
-        if not is_current(target):
-            set_up(target)
+        rclpy = ros.stock_rclpy(os.environ, folder)
+        built = what_is_there(folder, rclpy) or set_up(folder, rclpy)
+        tidy(folder, built)
         if list(arguments) == ['env']:
-            print(environment.exports(environment.variables(target, os.environ)), end='')
+            values = environment.variables(built.venv, os.environ, built.path)
+            sys.stdout.buffer.write(os.fsencode(environment.exports(values, os.environ)))
             return 0
-        run_command_line(target, arguments)
+        run_command_line(built, arguments)
     except SetupError as error:
         note(str(error))
         return 2
@@ -69,5 +96,5 @@ def main(root: str, arguments: Sequence[str]) -> int:
         note(f'expected to set up {folder}, found: {error}')
         return 2
     except KeyboardInterrupt:
-        note('interrupted; the next ./bpc goes on from here')
+        note('interrupted; what was set up before is as it was')
         return 130

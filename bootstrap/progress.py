@@ -10,6 +10,13 @@ import time
 NOTE_INTERVAL_S = 20.0  # between lines of progress where there is no terminal
 
 
+# The user's settings for other Pythons, which break or garble ours.
+PYTHON_SETTINGS = (
+    'PYTHONHOME', 'PYTHONINSPECT', 'PYTHONOPTIMIZE', 'PYTHONPLATLIBDIR', 'PYTHONSAFEPATH',
+    'PYTHONWARNINGS',
+)  # fmt: skip
+
+
 class SetupError(Exception):
     """The set-up cannot continue; the message is the one line that the user reads."""
 
@@ -27,17 +34,25 @@ def last_line(log: Path) -> str:
     return next((line.strip() for line in reversed(lines) if line.strip()), '')
 
 
+def without_settings(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment without the user's settings for other Pythons."""
+    return {name: value for name, value in environment.items() if name not in PYTHON_SETTINGS}
+
+
 def run_logged(
     command: Sequence[str], log: Path, *, cwd: Path, environment: Mapping[str, str]
 ) -> bool:
-    """Run a command, appending its output to a log; tell whether it succeeded."""
+    """Run a command, appending its output to a log; tell whether it succeeded.
+
+    It ends with this process, with all that it started.
+    """
     terminal = sys.stderr.isatty()
     start = shown = time.monotonic()
-    with log.open('ab') as output:
-        process = subprocess.Popen(
-            command, cwd=cwd, env=environment, stdin=subprocess.DEVNULL,
-            stdout=output, stderr=subprocess.STDOUT,
-        )  # fmt: skip
+    guarded = [sys.executable, '-I', str(Path(__file__).with_name('guard.py')), *command]
+    with log.open('ab') as output, subprocess.Popen(
+        guarded, cwd=cwd, env=without_settings(environment), stdin=subprocess.PIPE,
+        stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
+    ) as process:  # fmt: skip
         try:
             while True:
                 try:
@@ -54,6 +69,3 @@ def run_logged(
         finally:
             if terminal:
                 print('\r\x1b[K', end='', file=sys.stderr, flush=True)
-            if process.poll() is None:
-                process.terminate()
-                process.wait()

@@ -10,11 +10,10 @@ import subprocess
 import sys
 import sysconfig
 
-from bootstrap import cmake_repair, stamps
+from bootstrap import cmake_repair, path_order, places, stamps
 from bootstrap.progress import note, run_logged, SetupError
 
-NEEDED_SPACE_BYTES = 1.5e9  # for the environment, the build, and what pip unpacks meanwhile
-STAMP_NAME = 'bpc-stamp'
+NEEDED_SPACE_BYTES = 2.0e9  # for the environment, the build, and what pip downloads meanwhile
 
 # Patterns in pip's log, and what they mean. The first that matches is the reason.
 PIP_FAILURES = (
@@ -26,20 +25,17 @@ PIP_FAILURES = (
 
 @dataclass(frozen=True)
 class Venv:
-    """The virtual environment of one checkout.
+    """A virtual environment of a checkout.
 
     Attributes:
         root: the checkout
         rclpy: the rclpy of a sourced stock Jazzy; None: ROS is installed as wheels
+        path: folder of the environment
     """
 
     root: Path
     rclpy: Path | None
-
-    @property
-    def path(self) -> Path:
-        """Folder of the environment."""
-        return self.root / '.venv'
+    path: Path
 
     @property
     def python(self) -> Path:
@@ -67,11 +63,17 @@ class Venv:
 
         It may have another Python version, unless the user asks for one.
         """
-        found = stamps.read(self.path / STAMP_NAME)
+        found = places.stamp_of(self.path)
         version = found.partition('\n')[0].removeprefix('python ')
         if os.environ.get('BPC_PYTHON') and version != own_version():
             return False
         return found == self.stamp(version) and self.python.exists()
+
+
+def find(root: Path, rclpy: Path | None) -> Venv | None:
+    """Return an environment that is current, rather that of the last start than others."""
+    found = (Venv(root, rclpy, place) for place in places.existing(root))
+    return next((made for made in found if made.is_current()), None)
 
 
 def own_version() -> str:
@@ -103,12 +105,7 @@ def check_prerequisites(root: Path) -> None:
             f'needs the headers of Python {version}, found no {header}; '
             f'on Debian and Ubuntu: apt install python{version}-dev'
         )
-    free = shutil.disk_usage(root).free
-    if free < NEEDED_SPACE_BYTES:
-        raise SetupError(
-            f'needs {NEEDED_SPACE_BYTES / 1e9:.1f} GB of disk for the set-up, '
-            f'found {free / 1e9:.1f} GB free at {root}'
-        )
+    places.check_space(root, NEEDED_SPACE_BYTES)
 
 
 def check_compiler() -> None:
@@ -140,12 +137,15 @@ def build_tools_of(lock_text: str) -> str:
 
 def install(venv: Venv, log: Path) -> None:
     """Install exactly the packages of the lock."""
+    downloads = venv.path / 'downloads'  # on the disk that was looked at
+    downloads.mkdir()
     environment = {
         **{key: value for key, value in os.environ.items() if key != 'PYTHONPATH'},
         '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1',  # pip needs none of the ROS libraries
         'PIP_DISABLE_PIP_VERSION_CHECK': '1',
         'PIP_NO_INPUT': '1',
         'PIP_PROGRESS_BAR': 'off',
+        'TMPDIR': str(downloads),
     }
     build_tools = venv.path / 'build-tools.lock'
     build_tools.write_text(build_tools_of(venv.lock.read_text()))
@@ -159,6 +159,7 @@ def install(venv: Venv, log: Path) -> None:
                 f'expected the packages of bootstrap/{venv.lock.name} from the package index, '
                 f'found: {why_pip_failed(log.read_text(errors="replace"))} (log: {log})'
             )
+    shutil.rmtree(downloads)
 
 
 def compile_modules(venv: Venv, log: Path) -> None:
@@ -166,6 +167,14 @@ def compile_modules(venv: Venv, log: Path) -> None:
     command = [str(venv.python), '-I', '-m', 'compileall', '-q', '-j', '0', str(venv.path / 'lib')]
     # A failure does no harm: some packages contain files that only another Python can compile.
     run_logged(command, log, cwd=venv.root, environment=os.environ)
+
+
+def order_paths(venv: Venv) -> None:
+    """Let no other NumPy win over that of the environment, as one in PYTHONPATH would."""
+    packages = venv.path / 'lib' / f'python{own_version()}' / 'site-packages'
+    shutil.copy(Path(path_order.__file__), packages / 'bpc_path_order.py')
+    call = f'import bpc_path_order; bpc_path_order.put_last({str(venv.root)!r})\n'
+    (packages / 'bpc_path_order.pth').write_text(call)
 
 
 def complete_ros(venv: Venv) -> None:
@@ -180,23 +189,23 @@ def complete_ros(venv: Venv) -> None:
     cmake_repair.repair_exports(venv.path, sysconfig.get_path('include'), numpy_include)
 
 
-def make(venv: Venv, log: Path) -> None:
-    """Make the environment from nothing; without its stamp the next run replaces it."""
-    shutil.rmtree(venv.path, ignore_errors=True)
+def make(root: Path, rclpy: Path | None, log: Path) -> Venv:
+    """Make an environment from nothing, beside those that are there."""
     log.write_bytes(b'')
-    note(f'[1/3] virtual environment with Python {own_version()}')
-    options = ['--system-site-packages'] if venv.rclpy else []
-    command = [base_python(), '-m', 'venv', '--prompt', 'bpc', *options, str(venv.path)]
-    if not run_logged(command, log, cwd=venv.root, environment=os.environ):
-        raise SetupError(f'expected {" ".join(command[:3])} to work, found an error (log: {log})')
-    count = len(re.findall(r'^[\w.-]+==', venv.lock.read_text(), re.MULTILINE))
-    note(f'[2/3] about {count} packages from the package index, a minute or two')
-    try:
+    with places.new(root, own_version()) as path:
+        venv = Venv(root, rclpy, path)
+        note(f'[1/3] virtual environment with Python {own_version()}')
+        options = ['--system-site-packages'] if rclpy else []
+        command = [base_python(), '-I', '-m', 'venv', '--prompt', 'bpc', *options, str(path)]
+        if not run_logged(command, log, cwd=root, environment=os.environ):
+            wanted = ' '.join(command[:4])
+            raise SetupError(f'expected {wanted} to work, found an error (log: {log})')
+        count = len(re.findall(r'^[\w.-]+==', venv.lock.read_text(), re.MULTILINE))
+        note(f'[2/3] about {count} packages from the package index, a minute or two')
         install(venv, log)
-    except SetupError:
-        shutil.rmtree(venv.path, ignore_errors=True)  # it may have filled the disk
-        raise
-    compile_modules(venv, log)
-    if venv.rclpy is None:
-        complete_ros(venv)
-    (venv.path / STAMP_NAME).write_text(venv.stamp(own_version()))
+        order_paths(venv)
+        compile_modules(venv, log)
+        if rclpy is None:
+            complete_ros(venv)
+        places.complete(path, venv.stamp(own_version()))
+    return venv

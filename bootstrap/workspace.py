@@ -1,36 +1,51 @@
 """Builds the colcon workspace."""
 
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import re
-import shutil
 
-from bootstrap import environment, stamps
+from bootstrap import environment, places, stamps
 from bootstrap.progress import note, run_logged, SetupError
-from bootstrap.venv import check_compiler, STAMP_NAME, Venv
+from bootstrap.venv import check_compiler, Venv
+
+NEEDED_SPACE_BYTES = 0.1e9
+# What a build is tried with: Python, ROS and our messages fit together.
+TRIAL = 'import rclpy, bpc_interfaces.msg'
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A colcon build.
+
+    Attributes:
+        venv: the environment that it was built in
+        path: folder of the build
+    """
+
+    venv: Venv
+    path: Path
+
+    @property
+    def places(self) -> tuple[Path, Path]:
+        """The folders that must stay while something runs."""
+        return self.venv.path, self.path
+
+    def is_current(self) -> bool:
+        """Tell whether it is complete and as it would be built now."""
+        built = all((self.path / 'build' / package).is_dir() for package in stamps.PYTHON_PACKAGES)
+        return built and places.stamp_of(self.path) == stamp(self.venv)
 
 
 def stamp(venv: Venv) -> str:
     """Return the stamp of a workspace that is built from the present files."""
-    return stamps.read(venv.path / STAMP_NAME) + stamps.workspace_manifest(venv.root)
+    return places.stamp_of(venv.path) + stamps.workspace_manifest(venv.root)
 
 
-def is_current(venv: Venv) -> bool:
-    """Tell whether there is nothing to build."""
-    built = all((venv.root / 'build' / package).is_dir() for package in stamps.PYTHON_PACKAGES)
-    return built and stamps.read(venv.root / 'install' / STAMP_NAME) == stamp(venv)
-
-
-def can_build_upon(made_from: str, target: str) -> bool:
-    """Tell from the stamps whether colcon can continue from an earlier build.
-
-    It cannot in another environment, since the build contains paths of the environment; nor after
-    a file was removed, since a link to it remains and makes the build fail.
-    """
-    before, now = (
-        {line.partition(' ')[2] for line in stamp.splitlines()} for stamp in (made_from, target)
-    )
-    return bool(made_from) and before <= now | {''}
+def find(venv: Venv) -> Workspace | None:
+    """Return a build that is current."""
+    found = (Workspace(venv, place) for place in places.existing(venv.root))
+    return next((built for built in found if built.is_current()), None)
 
 
 def why_colcon_failed(log_text: str) -> str:
@@ -41,21 +56,26 @@ def why_colcon_failed(log_text: str) -> str:
     return next((line for line in reversed(log_text.splitlines()) if line.strip()), 'an error')
 
 
-def build(venv: Venv, log: Path) -> None:
-    """Run `colcon build`; the stamp describes the files at its beginning."""
+def build(venv: Venv, log: Path) -> Workspace:
+    """Run `colcon build` beside the builds that are there; the stamp is of the files before it."""
     check_compiler()
-    root = venv.root
+    places.check_space(venv.root, NEEDED_SPACE_BYTES)
     target = stamp(venv)
-    if not can_build_upon(stamps.read(root / 'install' / STAMP_NAME), target):
-        for folder in ('build', 'install'):
-            shutil.rmtree(root / folder, ignore_errors=True)
-    (root / 'install').mkdir(exist_ok=True)
-    (root / 'install' / STAMP_NAME).write_text('unfinished\n' + target)
-    note('[3/3] building the workspace')
     log.write_bytes(b'')
-    given = {**os.environ, **environment.variables(venv, os.environ, built=False)}
-    command = [str(venv.python), '-m', 'colcon', 'build']
-    if not run_logged(command, log, cwd=root, environment=given):
-        reason = why_colcon_failed(log.read_text(errors='replace'))
-        raise SetupError(f'expected colcon to build the workspace, found {reason} (log: {log})')
-    (root / 'install' / STAMP_NAME).write_text(target)
+    with places.new(venv.root, 'build') as path:
+        note('[3/3] building the workspace')
+        folders = [f'--{name}-base={path / name}' for name in ('build', 'install')]
+        colcon = [str(venv.python), '-m', 'colcon', 'build', *folders]
+        given = {**os.environ, **environment.variables(venv, os.environ, None)}
+        if not run_logged(colcon, log, cwd=venv.root, environment=given):
+            reason = why_colcon_failed(log.read_text(errors='replace'))
+            raise SetupError(
+                f'expected colcon to build the workspace, found {reason} (log: {log})'
+            )
+        trial = [str(venv.python), '-c', TRIAL]
+        given = {**os.environ, **environment.variables(venv, os.environ, path)}
+        del given['RMW_IMPLEMENTATION']  # it may be missing, and most commands need none
+        if not run_logged(trial, log, cwd=venv.root, environment=given):
+            raise SetupError(f'expected ROS and our messages to load, found an error (log: {log})')
+        places.complete(path, target)
+    return Workspace(venv, path)

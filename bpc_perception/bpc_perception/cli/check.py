@@ -38,6 +38,7 @@ from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder, name_other_sections
 from bpc_perception.runtime.ros_arguments import remappings
 from bpc_perception.runtime.signals import end_in_time
+from bpc_perception.runtime.transport.middleware import expect_middleware
 
 S_PER_DAY = 86400.0
 SPIN_PERIOD_S = 0.05
@@ -111,6 +112,7 @@ def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: boo
 
     See RigListener for the other arguments.
     """
+    expect_middleware()
     # Not the arguments of the command, where := means a remapping, too. It needs no log.
     atexit.register(end_in_time)
     rclpy.init(args=['--ros-args', '--disable-external-lib-logs'])

@@ -322,8 +322,9 @@ class ExtruderConfig(Config):
         'What tells the state of the extruder', choices=('serial', 'tic', 'joint_state', 'bool'),
         read_only=True)] = 'serial'
     port: Annotated[str, Parameter(
-        'With serial and tic: the serial line; "usb" = the Tic itself over USB',
-        read_only=True)] = '/dev/ttyACM0'
+        'With serial and tic: the serial line, best by its name in /dev/serial/by-id; empty = the '
+        'only device there; "usb" = the Tic itself over USB',
+        read_only=True)] = ''
     baud: Annotated[int, Parameter(
         'With serial and tic: speed of the line', 'baud', 300, 4000000,
         read_only=True)] = 115200

@@ -10,7 +10,7 @@ import signal
 import sys
 from threading import Thread
 import traceback
-from typing import Any
+from typing import Any, NoReturn
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -31,6 +31,7 @@ from bpc_perception.runtime.process import (
 )
 from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
+from bpc_perception.runtime.transport.middleware import expect_middleware
 
 try:
     from rclpy.experimental import EventsExecutor
@@ -79,6 +80,10 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
         complete: called with each node at its end to complete its files, unless it has crashed
             itself; may take FILES_PATIENCE_S.
     """
+    try:
+        expect_middleware()
+    except ValueError as error:
+        _refuse(make_node, str(error))
     if large_messages:
         keep_memory()
     is_child = end_with_parent(ORPHAN_PATIENCE_S if complete is None else FILES_PATIENCE_S)
@@ -124,10 +129,8 @@ def _begin(make_node: Callable[[], object]) -> None:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # as of a parameter file, with its line
-        found = one_line(str(error))
-        print(f'{make_node.__name__}: expected ROS arguments that can be read, found: {found}; '
-              'correct them, or the file that is named', file=sys.stderr)
-        sys.exit(REFUSED)
+        _refuse(make_node, f'expected ROS arguments that can be read, found: {error}; correct '
+                           'them, or the file that is named')
 
 
 def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
@@ -135,11 +138,16 @@ def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
     try:
         with receive_profile(large_messages):
             made = make_node()
-    except (ValueError, OSError, ParameterException) as error:
-        with suppress(OSError):  # no room for it; the status tells as well
-            print(f'{make_node.__name__}: {one_line(str(error))}', file=sys.stderr)
-    else:
         return [made] if isinstance(made, Node) else list(made)
+    except (ValueError, OSError, ParameterException) as error:
+        reason = str(error)  # the error itself would keep half-made nodes
+    _refuse(make_node, reason)
+
+
+def _refuse(make_node: Callable[..., object], reason: str) -> NoReturn:
+    """Exit with the reason why nodes cannot be made."""
+    with suppress(OSError):  # no room for it; the status tells as well
+        print(f'{make_node.__name__}: {one_line(reason)}', file=sys.stderr)
     gc.collect()  # half-made nodes then leave the graph
     sys.exit(REFUSED)
 

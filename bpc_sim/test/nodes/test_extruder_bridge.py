@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 import importlib
+import os
 from pathlib import Path
 import sys
 import time
@@ -22,6 +23,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
 from bpc_interfaces.msg import ExtrusionState
+from bpc_perception.drivers.extruders import ports
 from bpc_perception.messages import topics
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.nodes.extruder_bridge import ExtruderBridgeNode
@@ -170,6 +172,40 @@ def test_unplugged_and_plugged_in_again(graph: Graph, wire: Wire) -> None:
     assert len(found.states) > count
     assert int(found.values['times opened']) >= 1
     found.until(lambda: int(found.values['times opened']) >= 2)
+
+
+@pytest.fixture
+def by_id(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of lasting names."""
+    monkeypatch.setattr(ports, 'BY_ID', tmp_path / 'by-id')
+    ports.BY_ID.mkdir()
+    return ports.BY_ID
+
+
+@pytest.mark.parametrize('named', [True, False])
+def test_a_device_that_comes_back_under_another_number_is_found(
+        graph: Graph, by_id: Path, named: bool) -> None:
+    tic = TicDouble(lambda _: (0.0, 0.0))
+    with Wire(tic, by_id / 'usb-Arduino_1', lines=True) as wire:
+        number = os.path.realpath(wire._port)
+        found = Bench(graph, back_end='serial', port=number if named else '', timeout=0.3)
+        found.more()
+        wire.unplug()
+        found.until(lambda: any('by-id has no device' in text for text in found.said))
+        taken = os.openpty()  # the number that it had
+        wire.plug()
+        assert os.path.realpath(wire._port) != number
+        found.more()
+    for end in taken:
+        os.close(end)
+
+
+def test_devices_that_are_there_are_named_where_none_is_chosen(graph: Graph, by_id: Path) -> None:
+    for name in ('usb-Arduino_1', 'usb-Tic_2'):
+        (by_id / name).touch()
+    found = Bench(graph, back_end='serial')
+    found.until(lambda: any('by-id has usb-Arduino_1, usb-Tic_2' in text for text in found.said))
+    assert not found.states
 
 
 def test_a_device_that_falls_silent_is_opened_anew(graph: Graph, wire: Wire) -> None:

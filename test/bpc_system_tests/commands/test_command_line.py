@@ -244,12 +244,21 @@ def test_what_cannot_be_done_is_refused_in_one_line(
     assert sorted(folder.rglob('*')) == before
 
 
-def test_earlier_outputs_outlive_a_refusal(folder: Path) -> None:
-    out = folder / 'out'
-    succeed('measure', SAMPLE, '--out', out)
+def test_earlier_outputs_outlive_a_refusal(measured_sample: Path, folder: Path) -> None:
+    out = shutil.copytree(measured_sample, folder / 'out')
     before = {file.name: file.read_bytes() for file in out.iterdir()}
     refusal('measure', SAMPLE, '--out', out, '--capture', 5)
     assert {file.name: file.read_bytes() for file in out.iterdir()} == before
+
+
+def test_a_recording_is_measured_in_a_shell_for_other_programs(
+        measured_sample: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (('RMW_IMPLEMENTATION', 'rmw_other_cpp'), ('ROS_DOMAIN_ID', 'abc'),
+                        ('PYTHONIOENCODING', 'ascii')):
+        monkeypatch.setenv(name, value)
+    succeed('measure', SAMPLE, '--out', tmp_path)
+    assert (tmp_path / 'profile.csv').read_bytes() == (
+        measured_sample / 'profile.csv').read_bytes()
 
 
 def test_measure_leaves_three_files_and_names_them(measured_sample: Path) -> None:

@@ -7,8 +7,8 @@ import re
 from bpc_system_tests.parts.command_line import ROOT
 
 TABLES = (ROOT / 'docs' / 'reference' / 'faults.md').read_text().split('## How a fault is seen')[0]
-TESTS = {name for folder in ('bpc_perception/test', 'bpc_sim/test', 'test/bpc_system_tests')
-         for file in (ROOT / folder).rglob('test_*.py')
+FOLDERS = ('bootstrap', 'bpc_perception/test', 'bpc_sim/test', 'test/bpc_system_tests')
+TESTS = {name for folder in FOLDERS for file in (ROOT / folder).rglob('test_*.py')
          for name in re.findall(r'^def (test_\w+)', file.read_text(), re.MULTILINE)}
 
 

@@ -31,6 +31,7 @@ from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
+from bpc_perception.runtime.transport.middleware import expect_middleware
 
 # What the node logs is shown by the terminal, and needs no file.
 ROS_ARGUMENTS = ['--ros-args', '--disable-external-lib-logs']
@@ -200,6 +201,7 @@ def monitoring(terminal: Terminal, keep: int | None = None) -> Iterator[Monitor]
     It keeps the newest ``keep`` results, or all of them. Raises HeldError if another suite has
     the ROS domain.
     """
+    expect_middleware()
     with patient_output(), domain.claimed(terminal.say):
         yield from _monitoring(terminal, keep)
 

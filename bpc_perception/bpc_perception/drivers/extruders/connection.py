@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 import time
 
 from bpc_perception.core.config import ExtruderConfig
 from bpc_perception.core.extruder.tic import ExtruderError, TicState
 from bpc_perception.core.watch.back_off import BackOff
-from bpc_perception.drivers.extruders.devices import Extruder, open_extruder, Refuse
+from bpc_perception.drivers.extruders.devices import Extruder, load_packages, open_extruder, Refuse
+from bpc_perception.drivers.extruders.ports import lasting_name, only_device
 
 
 class ExtruderConnection:
@@ -25,11 +27,13 @@ class ExtruderConnection:
     def __init__(self, config: ExtruderConfig, refuse: Refuse,
                  on_open: Callable[[], None]) -> None:
         self._config = config
+        self._port = config.port  # once the device was open, the name that it keeps
         self._refuse = refuse
         self._on_open = on_open
         self._back_off = BackOff()
         self._extruder: Extruder | None = None
         self._heard = 0.0  # when the last state came, or the device was opened [s], steady
+        load_packages(config)
         self._open()
 
     def poll(self) -> list[TicState]:
@@ -64,9 +68,11 @@ class ExtruderConnection:
         """Open the device, or note when to try again."""
         self._heard = time.monotonic()
         try:
-            self._extruder = open_extruder(self._config, self._refuse)
+            port = self._port or only_device()
+            self._extruder = open_extruder(replace(self._config, port=port), self._refuse)
         except ExtruderError as error:
             self._refuse(error)
             self._back_off.failed(self._heard)
             return
+        self._port = lasting_name(port)
         self._on_open()

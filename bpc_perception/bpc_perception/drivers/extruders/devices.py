@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 from bpc_perception.core.config import ExtruderConfig
 from bpc_perception.core.extruder.tic import ExtruderError, parse_line, StateError, TicState
+from bpc_perception.drivers.extruders.ports import named_present
 
 LONGEST_LINE_BYTES = 512
 TIC_ANSWER_TIMEOUT_S = 0.1
@@ -34,17 +35,22 @@ class Extruder(Protocol):
         """Close the device."""
 
 
+def load_packages(config: ExtruderConfig) -> tuple[Any, Any]:
+    """Return pyserial and, if it is needed, ticlib. Raises ValueError if one is not installed."""
+    try:
+        return (import_module('serial'),
+                import_module('ticlib') if config.back_end == 'tic' else None)
+    except ImportError as error:
+        raise ValueError(f'back_end: expected the packages of {config.back_end} to be installed, '
+                         f'found: {error}; install them, as with pip') from error
+
+
 def open_extruder(config: ExtruderConfig, refuse: Refuse) -> Extruder:
     """Open the device of a configuration. Nothing is written to it but requests for its state.
 
     Raises ExtruderError when it is not there, ValueError when its package is not installed.
     """
-    try:
-        serial = import_module('serial')
-        ticlib = import_module('ticlib') if config.back_end == 'tic' else None
-    except ImportError as error:
-        raise ValueError(f'back_end: expected the packages of {config.back_end} to be installed, '
-                         f'found: {error}; install them, as with pip') from error
+    serial, ticlib = load_packages(config)
     try:
         if ticlib is None:
             line = serial.Serial(config.port, config.baud, timeout=0, exclusive=True)
@@ -56,9 +62,10 @@ def open_extruder(config: ExtruderConfig, refuse: Refuse) -> Extruder:
         return TicExtruder(ticlib.TicSerial(line, config.device_number), line, refuse)
     # ticlib raises plain Exceptions, for instance without pyusb or without a device.
     except Exception as error:
-        raise ExtruderError(f'{config.port}: expected the extruder, found: {error}'
-                            '; look at its cable, at port, and whether you may open '
-                            'it') from error
+        there = '' if config.port == USB_PORT else f'; {named_present()}'
+        raise ExtruderError(
+            f'{config.port}: expected the extruder, found: {error}{there}; look at its cable, at '
+            'port, and whether you may open it') from error
 
 
 class SerialExtruder:
