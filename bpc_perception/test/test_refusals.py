@@ -18,7 +18,7 @@ ROOMS = ('batch', 'cli', 'core/calibration', 'core/capture', 'core/measurement',
 TELLING = ('expected one of', 'TOPIC:=OTHER', 'as in the camera info', 'region: ',
            'reasons', 'refusals', 'choose')  # such are within
 # What these say is within a line of others, who know where it comes from.
-INNER = ('recording/mcap_file.py', 'files/yaml_file.py', 'core/robot/poses.py')
+INNER = ('recording/storage/mcap_file.py', 'files/yaml_file.py', 'core/robot/poses.py')
 
 
 def refusals() -> Iterator[tuple[str, str]]:

@@ -17,6 +17,7 @@ from bpc_perception.core.capture.exposure import around, Exposure
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
+from bpc_perception.core.measurement.ground import Ground
 from bpc_perception.core.measurement.measure import measure, MeasurementError
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
@@ -75,7 +76,7 @@ class Session:
         targets = config.advice.target_file
         self._targets = WidthTargets.read(targets) if targets else None
         self._advisor = Advisor(self._targets, setup)
-        self._memory = PrintMemory()
+        self._memory, self._ground = PrintMemory(), Ground()
 
     @property
     def setup(self) -> Setup:
@@ -120,7 +121,7 @@ class Session:
         self._newest = ('', 0)
         self._counts.clear()
         self._advisor = Advisor(self._targets, self.setup)
-        self._memory = PrintMemory()
+        self._memory, self._ground = PrintMemory(), Ground()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
         """Yield the results of all captures that are ready or have waited too long.
@@ -178,15 +179,16 @@ class Session:
         T_base_camera = self._hand_eye.camera_pose(self._poses, capture.stamp_ns,
                                                    self.config.maximum_pose_gap)
         if T_base_camera is not None:
-            self._memory.ground.see(View(capture, T_base_camera))
+            self._ground.see(View(capture, T_base_camera))
 
     def _profile_and_advice(self, capture: Capture, path: DepositionPath,
                             T_base_camera: Array) -> Result:
         number = self._counts[path.print_id]
         try:
-            profile = measure(capture, path, T_base_camera, self.config, number, self._memory)
+            profile = measure(capture, path, T_base_camera, self.config, number, self._memory,
+                              self._ground)
             advice = self._advisor.advise(profile, path, self.config.advice)
-            warnings = (profile.off_path(self.config.maximum_offset), self._memory.ground.warning,
+            warnings = (profile.off_path(self.config.maximum_offset), self._ground.warning,
                         overexposed(capture, T_base_camera, profile),
                         self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         except MeasurementError as error:

@@ -99,6 +99,8 @@ class PathJournal:
 
     def _read(self) -> GrowingPath | None:
         """Return the path in the file; None when it has none, or more damage than a kill does."""
+        if self._file.exists() and not self._file.is_file():
+            raise OSError(f'{self._file}: expected a file, found something else; remove it')
         path: GrowingPath | None = None
         try:
             for _, log_ns, update in Bag(self._file).messages({TOPIC}):

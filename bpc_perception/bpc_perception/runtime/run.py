@@ -10,7 +10,7 @@ import signal
 import sys
 from threading import Thread
 import traceback
-from typing import Any, NoReturn
+from typing import Any
 
 import rclpy
 from rclpy.exceptions import ParameterException
@@ -83,7 +83,7 @@ def run(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool = F
     try:
         expect_middleware()
     except ValueError as error:
-        _refuse(make_node, str(error))
+        raise _refusal(make_node, str(error)) from None
     if large_messages:
         keep_memory()
     is_child = end_with_parent(ORPHAN_PATIENCE_S if complete is None else FILES_PATIENCE_S)
@@ -129,8 +129,8 @@ def _begin(make_node: Callable[[], object]) -> None:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # as of a parameter file, with its line
-        _refuse(make_node, f'expected ROS arguments that can be read, found: {error}; correct '
-                           'them, or the file that is named')
+        raise _refusal(make_node, 'expected ROS arguments that can be read, found: '
+                       f'{error}; correct them, or the file that is named') from None
 
 
 def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) -> list[Node]:
@@ -141,15 +141,15 @@ def _make(make_node: Callable[[], Node | Sequence[Node]], large_messages: bool) 
         return [made] if isinstance(made, Node) else list(made)
     except (ValueError, OSError, ParameterException) as error:
         reason = str(error)  # the error itself would keep half-made nodes
-    _refuse(make_node, reason)
+    raise _refusal(make_node, reason)
 
 
-def _refuse(make_node: Callable[..., object], reason: str) -> NoReturn:
-    """Exit with the reason why nodes cannot be made."""
+def _refusal(make_node: Callable[..., object], reason: str) -> SystemExit:
+    """Say why nodes cannot be made; return what ends the process."""
     with suppress(OSError):  # no room for it; the status tells as well
         print(f'{make_node.__name__}: {one_line(reason)}', file=sys.stderr)
     gc.collect()  # half-made nodes then leave the graph
-    sys.exit(REFUSED)
+    return SystemExit(REFUSED)
 
 
 def _spin(nodes: Sequence[Node], ending: _Ending, failures: list[Exception], pipe: int | None,

@@ -17,6 +17,7 @@ from bpc_perception.core.measurement.cross_section.incremental import (
     measure_across_path,
     PrintMemory,
 )
+from bpc_perception.core.measurement.ground import Ground
 from bpc_perception.core.measurement.paper.method import measure_as_published
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.measurement.track import Track, track_along
@@ -55,7 +56,7 @@ class MeasurementError(ValueError):
 
 def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
             config: ThicknessConfig, number: int = 0,
-            memory: PrintMemory | None = None) -> ThicknessProfile:
+            memory: PrintMemory | None = None, ground: Ground | None = None) -> ThicknessProfile:
     """Measure the thickness along the path that the nozzle had passed when captured.
 
     Path points where the nozzle was lifted off the bed get no sample. Measured are the strokes;
@@ -67,8 +68,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         T_base_camera: (4, 4) pose of the camera's optical frame in the base frame.
         config: how to measure.
         number: number of the capture within the print.
-        memory: of the print's captures before, which saves measuring again what is as it was, and
-            tells what lay there before; None = the capture is alone.
+        memory: of the print's captures before, which saves measuring again what is as it was.
+        ground: what they show where ink was laid since.
 
     Raises:
         MeasurementError: the path is too short, or the camera does not see where it is.
@@ -82,13 +83,13 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     low = on_bed(path.points, bed, config.maximum_tip_height)
     stroke = stroke_numbers(path, bed.height(path.points), low)
     path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
-    alone, memory = memory is None, memory or PrintMemory()
+    memory = memory or PrintMemory()
     samples = measure_strokes(view, path, stroke, shown, bed, config, memory)
     samples = look_at_travel(
         view, path, stroke, shown, samples, bed,
         lambda track, index: LOOKS[config.method](view, track, index, bed, config, memory))
-    if not alone:
-        samples = memory.ground.judge(
+    if ground is not None:
+        samples = ground.judge(
             view, path, stroke, shown, samples, bed, lambda view, track, index:
             LOOKS[config.method](view, track, index, bed, config, memory))
     return profile_of(samples, stroke, capture, path, config.method, number, started)

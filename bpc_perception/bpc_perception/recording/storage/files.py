@@ -56,7 +56,9 @@ def description(folder: Path) -> dict[str, Any]:
 def listed_files(folder: Path) -> list[Path]:
     """Return the files that metadata.yaml lists, in its order, as far as they are there."""
     listed = description(folder).get('relative_file_paths')
-    names = [Path(str(name)).name for name in listed] if isinstance(listed, list) else []
+    if not isinstance(listed, list):
+        return []
+    names = [Path(str(name)).name for name in listed]
     there = {plain_name(file): file for file in files_among(folder.iterdir())}
     # A file may have been packed or unpacked since, by somebody else.
     names = [plain_name(Path(name)) for name in names if is_storage_file(name)]

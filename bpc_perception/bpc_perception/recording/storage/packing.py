@@ -25,10 +25,11 @@ def unpacked(data: bytes) -> bytes:
         with zstandard.ZstdDecompressor().stream_reader(data) as stream:
             found = stream.read(LARGEST_MESSAGE_BYTES + 1)
     except zstandard.ZstdError as error:
-        raise BagError(f'expected a message packed with zstd, found: {error}') from error
+        raise BagError(f'expected a message packed with zstd, found: {error}; '
+                       'was the recording damaged since?') from error
     if len(found) > LARGEST_MESSAGE_BYTES or stated not in (-1, len(found)):
         raise BagError('expected a message packed with zstd, found one that is torn or larger '
-                       f'than {LARGEST_MESSAGE_BYTES} bytes')
+                       f'than {LARGEST_MESSAGE_BYTES} bytes; was the recording damaged since?')
     return found
 
 

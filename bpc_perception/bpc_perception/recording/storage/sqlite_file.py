@@ -64,7 +64,8 @@ class SqliteFile:
         """See Storage."""
         times = [raw.log_ns for raw in self.messages()]
         if not times:
-            raise BagError(f'{self._file}: expected messages, found none')
+            raise BagError(f'{self._file}: expected messages, found none; is it the right '
+                           'file?')
         return min(times), max(times)
 
     def _was_set_back(self) -> bool:
@@ -87,7 +88,7 @@ class SqliteFile:
                     for number, topic, kind, encoding, qos in self._rows(CHANNELS)}
         except sqlite3.DatabaseError as error:
             raise BagError(f'{self._file}: expected a sqlite3 file of rosbag2, found: '
-                           f'{error}') from error
+                           f'{error}; is it the right file?') from error
 
     def _rows(self, query: str, *values: int | str) -> Iterator[tuple[Any, ...]]:
         with closing(self._connected()) as database:

@@ -75,5 +75,6 @@ class McapFile:
             return summary.statistics.message_start_time, summary.statistics.message_end_time
         times = [message.log_ns for message in self.messages()]
         if not times:
-            raise BagError(f'{self._file.path}: expected messages, found none')
+            raise BagError(f'{self._file.path}: expected messages, found none; is it the '
+                           'right file?')
         return min(times), max(times)

@@ -40,7 +40,6 @@ from bpc_perception.core.measurement.cross_section.tiles import (
     Tiles,
     tiles_of,
 )
-from bpc_perception.core.measurement.ground import Ground
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_window
 from bpc_perception.core.measurement.side_points import SidePoints
@@ -158,16 +157,10 @@ class _Plan:
 
 
 class PrintMemory:
-    """What is remembered of the print's captures before.
-
-    Attributes:
-        last: one reduced picture, and results.
-        ground: what lay where ink was laid.
-    """
+    """What is remembered of the print's captures before: one reduced picture, and results."""
 
     def __init__(self) -> None:
         self.last: _Remembered | None = None
-        self.ground = Ground()
 
 
 def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessConfig,
