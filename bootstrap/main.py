@@ -71,7 +71,8 @@ def tidy(root: Path, built: Workspace) -> None:
 def run_command_line(built: Workspace, arguments: Sequence[str]) -> NoReturn:
     """Replace this process by the command line."""
     values = environment.variables(built.venv, os.environ, built.path)
-    Path(values['ROS_LOG_DIR']).mkdir(parents=True, exist_ok=True)
+    with suppress(OSError):  # nodes log elsewhere then
+        Path(values['ROS_LOG_DIR']).mkdir(parents=True, exist_ok=True)
     python = built.venv.python
     command = [str(python), '-m', 'bpc_perception', *arguments]
     os.execve(python, command, {**without_settings(os.environ), **values})

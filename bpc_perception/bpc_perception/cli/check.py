@@ -31,6 +31,7 @@ from bpc_perception.cli.parts.rig_listener import RigListener
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.parameter import ConfigError
+from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.drivers.cameras import check_back_end
@@ -66,12 +67,16 @@ def check(
     others = remappings(remap)
     if camera is not None:
         check_back_end(camera)
-    findings = [*settings_findings(hand_eye, parameters), *computer_findings()]
+    calibration = load_hand_eye(hand_eye)
+    age_days = (time.time() - hand_eye.stat().st_mtime) / S_PER_DAY
+    findings = [judge_calibration(calibration.on_base, age_days), *settings_findings(parameters),
+                *computer_findings()]
     for finding in findings:
         show(finding, terminal)
     recorder = configure(RecorderConfig(), 'path_recorder', parameters)
     name_other_sections(parameters)
-    for finding in topic_findings(recorder, others, camera is None, seconds, terminal):
+    for finding in topic_findings(recorder, others, camera is None, calibration, seconds,
+                                  terminal):
         show(finding, terminal)
         findings.append(finding)
     failed = sum(finding.level == FAIL for finding in findings)
@@ -81,11 +86,8 @@ def check(
         raise typer.Exit(1)
 
 
-def settings_findings(hand_eye: Path, parameters: Path | None) -> Iterator[Finding]:
-    """Yield what is good or bad about calibration and parameters."""
-    calibration = load_hand_eye(hand_eye)
-    age_days = (time.time() - hand_eye.stat().st_mtime) / S_PER_DAY
-    yield judge_calibration('eye_on_base' if calibration.on_base else 'eye_in_hand', age_days)
+def settings_findings(parameters: Path | None) -> Iterator[Finding]:
+    """Yield what is good or bad about parameters."""
     advice = configure(ThicknessConfig(), 'thickness', parameters).advice
     yield judge_target(advice.target_thickness, advice.target_file)
     try:
@@ -106,8 +108,8 @@ def computer_findings() -> Iterator[Finding]:
     yield judge_disk(str(Path.cwd()), shutil.disk_usage(Path.cwd()).free)
 
 
-def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: bool, seconds: float,
-                   terminal: Terminal) -> Iterator[Finding]:
+def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: bool,
+                   calibration: HandEye, seconds: float, terminal: Terminal) -> Iterator[Finding]:
     """Listen to the rig for some seconds, then yield what is good or bad about its topics.
 
     See RigListener for the other arguments.
@@ -118,7 +120,7 @@ def topic_findings(recorder: RecorderConfig, others: dict[str, str], camera: boo
     rclpy.init(args=['--ros-args', '--disable-external-lib-logs'])
     node = rclpy.create_node('bpc_check')
     try:
-        listener = RigListener(node, recorder, others, camera)
+        listener = RigListener(node, recorder, others, camera, calibration)
         executor = SingleThreadedExecutor()  # rclpy.spin_once() is too slow for fast streams
         executor.add_node(node)
         start = time.monotonic()

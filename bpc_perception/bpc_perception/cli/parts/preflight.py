@@ -152,13 +152,20 @@ def _judge_clock(heard: Heard) -> Finding:
                    SET_CLOCKS if least > warn else 'look for a busy computer or network')
 
 
-def judge_calibration(mount: str, age_days: float) -> Finding:
+def judge_calibration(on_base: bool, age_days: float) -> Finding:
     """Judge whether the hand-eye calibration can be trusted."""
-    found = f'{mount}, {age_days:.0f} days old'
+    found = f'{"eye_on_base" if on_base else "eye_in_hand"}, {age_days:.0f} days old'
     if age_days > OLD_CALIBRATION_DAYS:
         return Finding(WARN, 'hand-eye calibration', found,
                        'see with "bpc calibrate check" on a print whether it still holds')
     return Finding(OK, 'hand-eye calibration', found)
+
+
+def judge_frames(contradiction: str) -> Iterator[Finding]:
+    """Judge whether the calibration names the camera and the base that are there."""
+    if contradiction:
+        yield Finding(WARN, 'hand-eye calibration', contradiction,
+                      'give the file of this camera, or correct the names in it')
 
 
 def judge_target(target: float, file: str = '') -> Finding:

@@ -20,11 +20,13 @@ from bpc_perception.cli.parts.preflight import (
     Heard,
     judge_exposure,
     judge_extruder,
+    judge_frames,
     judge_topic,
 )
 from bpc_perception.core.capture.exposure import Exposure
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.extruder.tic import error_names
+from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.display.units import NS_PER_S, S_PER_NS
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import image_to_rgb
@@ -46,11 +48,14 @@ class RigListener:
         recorder: settings of the path recorder, which say where the poses come from.
         others: topic to the other that is listened to in its place.
         camera: whether the camera publishes already.
+        calibration: of the camera, if it is to fit to what is heard.
     """
 
     def __init__(self, node: Node, recorder: RecorderConfig, others: dict[str, str],
-                 camera: bool = True) -> None:
+                 camera: bool = True, calibration: HandEye | None = None) -> None:
         self._node = node
+        self._calibration = calibration
+        self._base_frame = recorder.base_frame
         self._others = others
         self._poses = FlangePoses(recorder.pose, recorder.base_frame)
         self._poses_have_stamps = recorder.pose.source != 'pose'
@@ -123,7 +128,11 @@ class RigListener:
                 for publisher in publishers)
             yield from judge_topic(heard)
         if self._image:
-            yield from _judge_image(self._image)
+            image = deserialize_message(self._image, Image)
+            yield _judge_image(image)
+            if self._calibration is not None:
+                yield from judge_frames(self._calibration.contradiction(
+                    self._base_frame, image.header.frame_id))
         if self._extruder is not None:
             yield from judge_extruder(error_names(self._extruder.error_status),
                                       bool(self._extruder.position_uncertain),
@@ -131,14 +140,13 @@ class RigListener:
                                       bool(np.isfinite(self._extruder.flow_rate)))
 
 
-def _judge_image(message: bytes) -> Iterator[Finding]:
+def _judge_image(message: Image) -> Finding:
     """Judge how an image is exposed, if it is one that can be read."""
     try:
-        image = image_to_rgb(deserialize_message(message, Image))
+        image = image_to_rgb(message)
     except ConversionError as error:
-        yield Finding(FAIL, 'exposure', str(error), 'let the camera publish one of these')
-        return
-    yield judge_exposure(Exposure.of(image[::IMAGE_STEP, ::IMAGE_STEP]))
+        return Finding(FAIL, 'exposure', str(error), 'let the camera publish one of these')
+    return judge_exposure(Exposure.of(image[::IMAGE_STEP, ::IMAGE_STEP]))
 
 
 def _note_arrival(heard: Heard) -> int:

@@ -86,8 +86,8 @@ def test_a_best_effort_pose_is_heard() -> None:
 
 
 def test_settings() -> None:
-    assert judge_calibration('eye_on_base', 3).level == OK
-    assert judge_calibration('eye_on_base', 300).level == WARN
+    assert judge_calibration(True, 3).level == OK
+    assert judge_calibration(True, 300).level == WARN
     assert judge_target(0.002).level == OK
     assert judge_target(0).level == WARN
     assert [judge_disk('.', free).level for free in (1e8, 5e9, 5e10)] == [FAIL, WARN, OK]

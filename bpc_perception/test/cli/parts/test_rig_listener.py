@@ -9,15 +9,17 @@ from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
 from rclpy.node import Node
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from bpc_perception.cli.parts.preflight import FAIL
+from bpc_perception.cli.parts.preflight import FAIL, WARN
 from bpc_perception.cli.parts.rig_listener import (
     DISCOVERY_S,
     PARTS_PATIENCE_S,
     RigListener,
 )
 from bpc_perception.core.config import RecorderConfig
+from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.messages import topics
 from bpc_perception.messages.pose import pose_to_message
 from bpc_perception.runtime.isolated_graph import Graph
@@ -51,6 +53,19 @@ def test_poses_in_another_frame_are_called_that_and_nothing_else(graph: Graph) -
                           'lbr_link_0')
     assert rate.found.endswith('Hz')
     assert 'no stamps' not in clock.found
+
+
+def test_a_calibration_of_another_camera_is_called_that(graph: Graph) -> None:
+    listener = RigListener(graph.make(Node, 'check'), RecorderConfig(), {},
+                           calibration=HandEye(True, np.eye(4), 'lbr_link_0', 'camera_link'))
+    images = graph.make(Node, 'camera').create_publisher(Image, topics.IMAGE, topics.CAMERA_QOS)
+    graph.spin_until(images.get_subscription_count, 10)
+    images.publish(Image(header=Header(frame_id='camera_optical_frame'), height=8, width=8,
+                         step=24, encoding='rgb8', data=bytes(192)))
+    graph.spin_until(lambda: bool(listener._image), 10)
+    frames, = (each for each in listener.findings() if 'calibration' in each.subject)
+    assert frames.level == WARN
+    assert 'camera frame camera_link instead of camera_optical_frame' in frames.found
 
 
 def test_captures_that_are_lost_to_little_shared_memory_are_called_that(
