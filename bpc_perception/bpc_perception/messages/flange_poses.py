@@ -10,6 +10,7 @@ from sensor_msgs.msg import JointState
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import PoseConfig
 from bpc_perception.core.robot.clock_offset import ClockOffset
+from bpc_perception.core.robot.kinematics import may_be_arm
 from bpc_perception.messages import topics
 from bpc_perception.messages.pose import joints_to_matrix, lbr_state_to_matrix, pose_to_matrix
 from bpc_perception.messages.stamps import check_frame, ConversionError, stamp_to_ns
@@ -38,6 +39,10 @@ class FlangePoses:
             config.source, PoseStamped)
         if config.source == 'lbr_state':
             self.message_class = message_type(LBR_STATE_TYPE)
+
+    def concerns(self, message: Any) -> bool:
+        """Return whether a message is of the robot: other joints may be published beside it."""
+        return self._config.source != 'joint_states' or may_be_arm(message.name)
 
     def read(self, message: Any, received_ns: int) -> tuple[int, Array]:
         """Return stamp [ns] and T_base_flange (4, 4) [m] of a message received at this time.

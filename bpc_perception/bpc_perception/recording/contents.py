@@ -97,6 +97,8 @@ def flange_poses(bag: Bag, config: PoseConfig, base_frame: str) -> tuple[NDArray
     topic = find_topic(bag, source.topic, source.message_class)
     found = {}
     for _, log_ns, message in bag.messages({topic}):
+        if not source.concerns(message):
+            continue
         try:
             stamp_ns, pose = source.read(message, log_ns)
         except ConversionError as error:

@@ -148,6 +148,8 @@ class _OfflineMeasurement:
     # message is late, comes twice or jumps, and raises ConversionError when it is unusable.
 
     def _take_pose(self, message: Any, log_ns: int) -> bool:
+        if not self._poses.concerns(message):
+            return True
         stamp_ns, T_base_flange = self._poses.read(message, log_ns)
         taken = self._session.add_flange_pose(stamp_ns, T_base_flange)
         leaps = self._tracker.leaps

@@ -105,6 +105,22 @@ def test_joint_states_become_the_path(graph: Any) -> None:
     np.testing.assert_allclose(np.arctan2(y, x), TURN_RATE * time, atol=1e-5)
 
 
+def test_other_devices_may_publish_their_joints_beside_the_arm(graph: Any) -> None:
+    rig = Rig(graph, pose__source='joint_states', pose__robot='lbr_med_7')
+    robot = rig.publisher(JointState, topics.JOINTS, topics.POSE_QOS)
+    plunger = rig.publisher(JointState, topics.JOINTS, topics.POSE_QOS)
+
+    def publish(time: float) -> None:
+        robot.publish(joint_state(time))
+        for _ in range(2):  # so that their numbers part
+            plunger.publish(JointState(name=['plunger'], position=[0.01]))
+
+    path = rig.print(publish)
+    assert len(path.x) > 150
+    assert not any('expected messages of one publisher' in text for text in rig.said)
+    assert not any('expected each of A1' in text for text in rig.said)
+
+
 def test_joint_states_without_the_joints_are_refused(graph: Any) -> None:
     rig = Rig(graph, pose__source='joint_states', pose__robot='lbr_med_7')
     robot = rig.publisher(JointState, topics.JOINTS, topics.POSE_QOS)

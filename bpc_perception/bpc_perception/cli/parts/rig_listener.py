@@ -90,6 +90,8 @@ class RigListener:
             self._image = message
 
     def _on_pose(self, heard: Heard, message: Any) -> None:
+        if not self._poses.concerns(message):
+            return
         now_ns = _note_arrival(heard)
         stamp = getattr(getattr(message, 'header', None), 'stamp', None)
         stamp_ns = None if stamp is None else stamp_to_ns(stamp)

@@ -49,6 +49,15 @@ def link_poses(robot: str, angles: Array) -> list[Array]:
     return poses
 
 
+def may_be_arm(names: Sequence[str]) -> bool:
+    """Return whether joints of these names may be the arm's, under whatever names.
+
+    Other devices, such as a plunger, publish their few joints beside it.
+    """
+    return len(names) >= len(JOINTS) or any(f'_{name}'.endswith(f'_{joint}')
+                                            for name in names for joint in JOINTS)
+
+
 def order_joints(names: Sequence[str], angles: Sequence[float]) -> Array:
     """Return the angles (7,) of A1..A7 [rad] from joints in any order.
 

@@ -57,7 +57,7 @@ def subscribe_poses(node: Node, config: PoseConfig, base_frame: str, maximum_lea
 
     subscribe_single_source(
         node, poses.message_class, poses.topic, received, topics.POSE_QOS, diagnostics,
-        qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        poses.concerns, qos_overriding_options=QoSOverridingOptions.with_default_policies())
 
 
 def _follow_tf(node: Node, config: PoseConfig, base_frame: str, maximum_lead: float,

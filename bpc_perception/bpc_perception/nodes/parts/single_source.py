@@ -15,16 +15,21 @@ from bpc_perception.runtime.diagnostics import Diagnostics
 
 
 def subscribe_single_source(node: Node, kind: Any, topic: str, take: Callable[[Any], None],
-                            qos: QoSProfile, diagnostics: Diagnostics, **options: Any) -> None:
+                            qos: QoSProfile, diagnostics: Diagnostics,
+                            concerns: Callable[[Any], bool] = lambda _: True,
+                            **options: Any) -> None:
     """Hand messages to ``take``, unless two publishers send at a time: these are refused.
 
-    They contradict each other, and nothing in a message says whose it is.
+    They contradict each other, and nothing in a message says whose it is. Messages that do not
+    concern the subscriber may come from anybody.
     """
     source = OneSource()
 
     def received(*given: Any) -> None:
         # The events executor hands over both in one tuple, other executors one by one.
         message, information = given if len(given) == 2 else given[0]
+        if not concerns(message):
+            return
         number = information['publication_sequence_number']  # None = the middleware has none
         if number is None or source.takes(number, time.monotonic()):
             take(message)

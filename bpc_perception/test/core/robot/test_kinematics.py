@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bpc_perception.core.robot.kinematics import flange_pose, JOINTS, order_joints
+from bpc_perception.core.robot.kinematics import (
+    flange_pose,
+    JOINTS,
+    may_be_arm,
+    order_joints,
+)
 
 # Joint angles [degrees], then position [m] and quaternion x, y, z, w of lbr_link_ee in lbr_link_0:
 # the joint origins and axes of the URDF multiplied out, independently of any parameters here.
@@ -53,6 +58,14 @@ def test_joints_are_told_by_name_in_any_order() -> None:
 def test_other_joints_are_refused(names: tuple[str, ...], count: int) -> None:
     with pytest.raises(ValueError, match=r'^joints: expected .*, found '):
         order_joints(names, [0.0] * count)
+
+
+@pytest.mark.parametrize(('names', 'expected'), [
+    (['plunger'], False), (['gripper', 'finger'], False), ([], False), (['lbr_A1'], True),
+    (['A7'], True), ([f'joint_a{number}' for number in range(1, 8)], True)])
+def test_joints_of_other_devices_are_told_from_an_arm(names: list[str], expected: bool) -> None:
+    """Seven joints of other names may be an arm whose names are not known here."""
+    assert may_be_arm(names) == expected
 
 
 def test_a_wrong_robot_or_angles_that_are_none_are_refused() -> None:
