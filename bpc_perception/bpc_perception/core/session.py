@@ -21,6 +21,7 @@ from bpc_perception.core.measurement.ground import Ground
 from bpc_perception.core.measurement.measure import measure, MeasurementError
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.path.leaps import LEAPT, Whereabouts
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
@@ -68,7 +69,7 @@ class Session:
         """Begin, perhaps with the setup of the prints before."""
         self.config = config
         self._hand_eye = hand_eye
-        self._poses = PoseBuffer()
+        self._poses, self._whereabouts = PoseBuffer(), Whereabouts()
         self._path: DepositionPath | None = None
         self._waiting: deque[tuple[Capture, int]] = deque()  # and when each was received [ns]
         self._newest = ('', 0)  # print and stamp of the newest capture that had its turn
@@ -89,7 +90,12 @@ class Session:
 
     def add_flange_pose(self, stamp_ns: int, T_base_flange: Array) -> bool:
         """Add a pose (4, 4) of the flange [m]; return False if it is refused, see PoseBuffer."""
-        return self._poses.add(stamp_ns, T_base_flange)
+        taken = self._poses.add(stamp_ns, T_base_flange)
+        if taken:
+            if stamp_ns < self._whereabouts.certain_ns:  # the clock was set back
+                self._whereabouts = Whereabouts()
+            self._whereabouts.add(stamp_ns, T_base_flange[:3, 3])
+        return taken
 
     def set_path(self, path: DepositionPath) -> None:
         """Replace the print's path by what is known of it now."""
@@ -115,7 +121,7 @@ class Session:
 
     def clear(self) -> None:
         """Forget everything received, as is needed when the clock jumps back."""
-        self._poses.clear()
+        self._poses, self._whereabouts = PoseBuffer(), Whereabouts()
         self._path = None
         self._waiting.clear()
         self._newest = ('', 0)
@@ -140,7 +146,7 @@ class Session:
             yield self._measure(capture)
 
     def _ready(self, capture: Capture) -> bool:
-        posed = self._hand_eye.on_base or (self._poses.latest_ns or 0) >= capture.stamp_ns
+        posed = self._hand_eye.on_base or self._whereabouts.certain_ns >= capture.stamp_ns
         return posed and self._path is not None and self._path.covers(capture.stamp_ns)
 
     def _measure(self, capture: Capture) -> Result:
@@ -155,6 +161,8 @@ class Session:
         self._newest = (path.print_id, capture.stamp_ns)
         T_base_camera = self._hand_eye.camera_pose(self._poses, capture.stamp_ns,
                                                    self.config.maximum_pose_gap)
+        if not self._hand_eye.on_base and not self._whereabouts.known_at(capture.stamp_ns):
+            return Result(capture, refusal=LEAPT)
         if T_base_camera is None:
             return Result(capture, refusal='end_effector_pose: expected poses around the '
                                            'capture, found none near enough in time'

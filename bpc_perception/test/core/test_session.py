@@ -285,7 +285,7 @@ def test_in_hand_the_flange_pose_is_interpolated_at_the_stamp() -> None:
     made = in_hand()
     # The camera turns about its own optical axis and glides along it: linear and slerp meet
     # the true pose half-way, when the flange moves about the camera.
-    for time, side in ((0.96, -1.0), (1.04, 1.0)):
+    for time, side in ((0.96, -1.0), (1.04, 1.0), (1.12, 3.0)):
         turned = pose((0, 0, 0), (0, 0, 0))
         T_base_flange = flange(DOWN)
         turned[:3, :3] = pose(angles=(20 * side, 0, 0))[:3, :3]
@@ -310,6 +310,21 @@ def test_in_hand_the_camera_pose_moves_with_the_flange() -> None:
     result, = made.results()
     assert result.profile is not None
     np.testing.assert_allclose(result.profile.thickness, 2.2e-3, atol=1.01 * PIXEL)
+
+
+@pytest.mark.parametrize(('frozen_from', 'known'), [(0.5, False), (1.02, True), (9.0, True)])
+def test_in_hand_a_capture_is_refused_while_poses_are_repeated_until_they_leap(
+        frozen_from: float, known: bool) -> None:
+    """A robot at 0.1 m/s whose driver repeats its pose for half a second, and then recovers."""
+    made = in_hand()
+    for time in np.arange(0.2, 1.8, 0.02):
+        seen = frozen_from if frozen_from <= time < frozen_from + 0.6 else time
+        T_base_flange = flange(DOWN)
+        T_base_flange[2, 3] += 0.1 * (seen - 1.0)
+        made.add_flange_pose(at_ns(float(time)), T_base_flange)
+    result, = made.results()
+    assert (result.profile is not None) == known
+    assert ('leapt' in result.refusal) != known
 
 
 def test_in_hand_a_capture_waits_for_a_later_pose() -> None:

@@ -7,6 +7,7 @@ known: it is no way that the nozzle went.
 
 from __future__ import annotations
 
+from collections import deque
 import math
 from typing import NamedTuple
 
@@ -17,6 +18,8 @@ from bpc_perception.core.arrays import Array
 FASTER = 4.0
 STAMP_JITTER_S = 0.02
 JITTER_M = 0.0005
+REPEATED_M = 1e-6  # a robot that stands trembles by more
+LEAPS_KEPT = 100
 LEAPT = ('pose: expected a tip that moves on evenly, found that it leapt, as when a driver '
          'repeats its last pose or a clock is set; the way it went is not known')
 
@@ -72,6 +75,36 @@ class LeapFinder:
         duration = (pose[0] - self._last[0]) * 1e-9
         usual = max(self._speed, after) * (FASTER * duration + STAMP_JITTER_S) + JITTER_M
         return math.dist(self._last[1], pose[1]) > usual
+
+
+class Whereabouts:
+    """When it was known where a frame is, of which poses come one after the other.
+
+    It was not on a leap, nor while the pose before it was repeated.
+
+    Attributes:
+        certain_ns: stamp up to which that is told [ns]; 0 = no pose came.
+    """
+
+    def __init__(self) -> None:
+        self.certain_ns = 0
+        self._finder = LeapFinder()
+        self._place: Array | None = None
+        self._since_ns = 0  # when it came to that place
+        self._unknown: deque[tuple[int, int]] = deque(maxlen=LEAPS_KEPT)
+
+    def add(self, stamp_ns: int, place: Array) -> None:
+        """Add a position (3,) [m] at a later time [ns]."""
+        for step in self._finder.add(stamp_ns, place):
+            if step.leap:
+                self._unknown.append((self._since_ns, step.stamp_ns))
+            if self._place is None or math.dist(self._place, step.tip) > REPEATED_M:
+                self._place, self._since_ns = step.tip, step.stamp_ns
+            self.certain_ns = step.stamp_ns
+
+    def known_at(self, stamp_ns: int) -> bool:
+        """Return whether no leap is known over a time [ns]."""
+        return not any(start < stamp_ns < end for start, end in self._unknown)
 
 
 def _speed(start: tuple[int, Array], end: tuple[int, Array]) -> float:

@@ -85,11 +85,6 @@ class PoseBuffer:
         self._stamps.clear()
         self._poses.clear()
 
-    @property
-    def latest_ns(self) -> int | None:
-        """Stamp of the last pose [ns]; None = there is none."""
-        return self._stamps[-1] if self._stamps else None
-
     def at(self, stamp_ns: int, maximum_gap: float) -> Array | None:
         """Return the pose (4, 4) [m] at a time, between the poses before and after it.
 
