@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bpc_perception.recording.bag import BagMessage
 from bpc_sim.studies.misfortunes.misfortunes import MISFORTUNES
 from bpc_sim.studies.misfortunes.small_print import random_print
-from bpc_sim.studies.misfortunes.study import NONE, rows, TOLERANCE, try_print
+from bpc_sim.studies.misfortunes.study import NONE, rows, TOLERANCE, Trial, try_print
 
 pytestmark = pytest.mark.ros
 # Found by the search. Before it: thick beads at the start, of which the delivery was not known
-# yet, were to become thicker (13, 52, 73, 79); pieces of path without a direction (141), rates
-# beyond all measure (153) and sections without contrast (160) made numbers that are none.
-FOUND = (13, 52, 73, 79, 141, 153, 160)
+# yet, were to become thicker (13, 79); pieces of path without a direction (141), rates beyond all
+# measure (153) and sections without contrast (160) made numbers that are none.
+FOUND = (13, 79, 141, 153, 160)
 
 
 @pytest.mark.parametrize('number', FOUND)
@@ -29,9 +30,15 @@ def test_without_misfortune_a_small_print_is_measured_and_advised_on() -> None:
     assert trial.valid > 5
 
 
+@pytest.fixture(scope='module')
+def messages() -> list[BagMessage]:
+    """All messages of a print."""
+    return random_print(np.random.default_rng(1)).messages()
+
+
 @pytest.mark.parametrize('name', list(MISFORTUNES))
-def test_a_misfortune_changes_messages_but_never_those_it_was_given(name: str) -> None:
-    messages = random_print(np.random.default_rng(1)).messages()
+def test_a_misfortune_changes_messages_but_never_those_it_was_given(
+        name: str, messages: list[BagMessage]) -> None:
     before = [repr((entry.topic, entry.log_ns, getattr(entry.message, 'header', None)))
               for entry in messages]
     spoiled = MISFORTUNES[name](messages, np.random.default_rng(2))
@@ -42,6 +49,6 @@ def test_a_misfortune_changes_messages_but_never_those_it_was_given(name: str) -
 
 
 def test_the_table_has_a_row_for_each_misfortune_and_one_of_all() -> None:
-    table = rows([[try_print(13)]])
+    table = rows([[Trial(13, (NONE,), 5, 4, 0.05)]])
     assert [row['misfortune'] for row in table] == [NONE, *MISFORTUNES, 'all']
     assert table[-1]['prints'] == 1

@@ -56,9 +56,10 @@ class Rig:
             self._states.publish(state)
             ticks += 1
             if ticks % 50 == 0:
+                stamp = ns_to_stamp(time.time_ns())
                 for publisher, message in zip(self._camera, capture_to_messages(SEEN),
                                               strict=True):
-                    message.header.stamp = ns_to_stamp(time.time_ns())
+                    message.header.stamp = stamp
                     publisher.publish(message)
 
     def end(self) -> None:

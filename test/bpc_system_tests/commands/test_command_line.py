@@ -167,7 +167,7 @@ WRONG = {
     'zeros for MCAP': (['measure', 'zeros.mcap', '--out', 'out'],
                        ['zeros.mcap', 'expected an MCAP file', 'found']),
     'text for sqlite3': (['measure', 'text.db3', '--out', 'out'],
-                         ['expected a complete sqlite3 bag', 'found']),
+                         ['text.db3', 'expected a sqlite3 file of rosbag2', 'found']),
     'no calibration in the bag': (['measure', 'bare', '--out', 'out'],
                                   ['hand-eye', '--handeye FILE', 'hand_eye.calib', 'neither']),
     'missing calibration': (['measure', SAMPLE, '--out', 'out', '--handeye', 'nowhere'],

@@ -64,7 +64,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
             for name, message in zip(topics.CAMERA, capture_to_messages(capture), strict=True):
                 writer.write(f'/{name}', stamp_ns + CAMERA_LATENCY_NS, message)
     save_hand_eye(folder / 'hand_eye.calib', HandEye(False, RIG.T_parent_camera), 'arm', BASE,
-                  FLANGE, 'zivid_optical_frame')
+                  FLANGE, 'camera_optical_frame')
     pose = {'pose': {'source': 'joint_states', 'robot': 'lbr_med_7'}}
     (folder / 'params.yaml').write_text(yaml.safe_dump(
         {'/**': {'ros__parameters': pose}, **node_parameters(RIG.job, 0.002)}))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 from typing import NamedTuple
@@ -166,6 +166,13 @@ def judge_frames(contradiction: str) -> Iterator[Finding]:
     if contradiction:
         yield Finding(WARN, 'hand-eye calibration', contradiction,
                       'give the file of this camera, or correct the names in it')
+
+
+def judge_stamps(stamps: Sequence[Sequence[int]]) -> Iterator[Finding]:
+    """Judge whether image, camera info and cloud, with these stamps [ns], make captures."""
+    if stamps and all(stamps) and not set(stamps[0]).intersection(*stamps[1:]):
+        yield Finding(FAIL, 'captures', 'image, camera info and cloud have no stamp in common',
+                      'let the camera give all three the stamp of their capture')
 
 
 def judge_target(target: float, file: str = '') -> Finding:

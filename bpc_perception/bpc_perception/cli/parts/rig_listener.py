@@ -21,6 +21,7 @@ from bpc_perception.cli.parts.preflight import (
     judge_exposure,
     judge_extruder,
     judge_frames,
+    judge_stamps,
     judge_topic,
 )
 from bpc_perception.core.capture.exposure import Exposure
@@ -115,8 +116,11 @@ class RigListener:
         due = {stamp for heard in camera
                for stamp, at in zip(heard.stamps, heard.arrivals, strict=True)
                if since <= at <= until}
+        most = max((len(heard.stamps) for heard in camera), default=0)
         for heard in camera:
-            heard.due, heard.lost = len(due), due - set(heard.stamps)
+            # Of what came as often as the others nothing is lost, whatever its stamps.
+            lost = due - set(heard.stamps) if len(heard.stamps) < most else set()
+            heard.due, heard.lost = len(due), lost
 
     def findings(self) -> Iterator[Finding]:
         """Yield what is good or bad about the topics."""
@@ -135,6 +139,7 @@ class RigListener:
             if self._calibration is not None:
                 yield from judge_frames(self._calibration.contradiction(
                     self._base_frame, image.header.frame_id))
+        yield from judge_stamps([heard.stamps for heard in self._heard if heard.kind == 'camera'])
         if self._extruder is not None:
             yield from judge_extruder(error_names(self._extruder.error_status),
                                       bool(self._extruder.position_uncertain),

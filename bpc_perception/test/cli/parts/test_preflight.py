@@ -17,6 +17,7 @@ from bpc_perception.cli.parts.preflight import (
     judge_domain,
     judge_exposure,
     judge_extruder,
+    judge_stamps,
     judge_target,
     judge_topic,
     judge_transport,
@@ -91,6 +92,14 @@ def test_settings() -> None:
     assert judge_target(0.002).level == OK
     assert judge_target(0).level == WARN
     assert [judge_disk('.', free).level for free in (1e8, 5e9, 5e10)] == [FAIL, WARN, OK]
+
+
+@pytest.mark.parametrize(('stamps', 'level'), [
+    ([[1, 2], [2, 3], [2]], set()), ([[1, 2], [3], [2]], {FAIL}), ([[1], [], [2]], set()),
+    ([], set())])
+def test_parts_of_captures_need_one_stamp(stamps: list[list[int]], level: set[str]) -> None:
+    """Where a part never came, that says more."""
+    assert levels(judge_stamps(stamps)) == level
 
 
 def test_a_table_of_targets_is_a_target(tmp_path: Path) -> None:

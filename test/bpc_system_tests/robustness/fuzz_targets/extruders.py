@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from binascii import crc_hqx
+from contextlib import suppress
 
 from rclpy.serialization import serialize_message
 import ticlib
@@ -12,6 +13,7 @@ from bpc_perception.core.extruder.plunger import Plunger
 from bpc_perception.core.extruder.tic import ExtruderError, format_line, TicState
 from bpc_perception.drivers.extruders.devices import SerialExtruder, TicExtruder
 from bpc_perception.messages.extruder import extruder_from_message, extruder_to_message
+from bpc_perception.messages.stamps import ConversionError
 
 PLUNGER = PlungerConfig(lead=0.8e-3, bore=14e-3)
 PIECE_BYTES = 37  # in which bytes arrive on a line
@@ -96,4 +98,5 @@ def publish(state: TicState, plunger: Plunger) -> None:
     """Do all that the bridge does with a state, up to the bytes that it sends."""
     message = extruder_to_message(state.device_ns or 0, plunger.motion(state), state.error_status)
     serialize_message(message)
-    extruder_from_message(message)
+    with suppress(ConversionError):  # of a rate that no syringe reaches
+        extruder_from_message(message)
