@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 import shutil
 from typing import Any
 
-from mcap.records import Attachment, Metadata
+from mcap.records import Metadata
 
 from bpc_perception.recording import inputs
 from bpc_perception.recording.atomic import atomic_bag
 from bpc_perception.recording.bag import Bag
-from bpc_perception.recording.storage import mcap_file
-from bpc_perception.recording.storage.files import (
-    description,
-    is_storage_file,
-    kind_of,
-    MCAP,
-    METADATA,
-)
-from bpc_perception.recording.storage.packing import unpacked, UnpackedFile
+from bpc_perception.recording.storage.files import description, is_storage_file, METADATA
+from bpc_perception.recording.storage.packing import unpacked
 from bpc_perception.recording.storage.storage import open_storage
 
 # Written anew, since it counts the messages: of these two, only what the recorder's user said.
@@ -56,9 +48,11 @@ def recover_bag(path: Path, out: Path) -> Recovered:
     about = {name: said[name] for name in KEPT_OF_METADATA if _is_plain(said.get(name))}
     with atomic_bag(out, about) as writer:
         for file in files:
-            for record in _beside_messages(file):
-                writer.copy_beside(record)
-            for raw in open_storage(file).messages():
+            storage = open_storage(file)
+            for record in storage.beside_messages():
+                if not (isinstance(record, Metadata) and record.name == DESCRIPTION):
+                    writer.copy_beside(record)
+            for raw in storage.messages():
                 writer.copy(raw._replace(data=unpacked(raw.data)))
                 messages[raw.topic] += 1
         beside = sorted(each.name for each in folder.iterdir() if not (
@@ -74,10 +68,3 @@ def _is_plain(said: Any) -> bool:
     """Return whether it is a text, or texts by name: aliases could make a billion of it."""
     texts = said.items() if isinstance(said, dict) else [(said, said)]
     return all(isinstance(each, str) for entry in texts for each in entry)
-
-
-def _beside_messages(file: Path) -> Iterator[Attachment | Metadata]:
-    whole = UnpackedFile(file)
-    if kind_of(file) == MCAP:
-        yield from (record for record in mcap_file.beside_messages(whole.path)
-                    if not (isinstance(record, Metadata) and record.name == DESCRIPTION))

@@ -10,6 +10,8 @@ import logging
 import sqlite3
 from typing import Any
 
+from mcap.records import Attachment, Metadata
+
 from bpc_perception.recording.storage.mcap_file import SET_BACK_NS
 from bpc_perception.recording.storage.packing import UnpackedFile
 from bpc_perception.recording.storage.raw_message import BagError, Channel, RawMessage
@@ -55,6 +57,10 @@ class SqliteFile:
                 yield RawMessage(channels[number], log_ns, data, log_ns)
         except sqlite3.DatabaseError as error:
             logger.warning('%s: torn, read up to the damage (%s)', self._file, error)
+
+    def beside_messages(self) -> Iterator[Attachment | Metadata]:
+        """See Storage."""
+        return iter(())
 
     def count(self, topic: str) -> int:
         """See Storage."""

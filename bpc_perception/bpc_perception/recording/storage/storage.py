@@ -7,6 +7,8 @@ from collections.abc import Iterator, Set
 from pathlib import Path
 from typing import Protocol
 
+from mcap.records import Attachment, Metadata
+
 from bpc_perception.recording.storage import mcap_file
 from bpc_perception.recording.storage.files import SQLITE
 from bpc_perception.recording.storage.packing import UnpackedFile
@@ -22,6 +24,9 @@ class Storage(Protocol):
 
     def messages(self, topics: Set[str] | None = None) -> Iterator[RawMessage]:
         """Yield the messages of these topics, or all, in the order of recording."""
+
+    def beside_messages(self) -> Iterator[Attachment | Metadata]:
+        """Yield what lies in the file beside its messages."""
 
     def count(self, topic: str) -> int | None:
         """Return the number of messages of a topic; None when the file does not state it."""
@@ -59,6 +64,10 @@ class McapFile:
     def messages(self, topics: Set[str] | None = None) -> Iterator[RawMessage]:
         """See Storage."""
         return mcap_file.messages_in_time(self._file.path, topics)
+
+    def beside_messages(self) -> Iterator[Attachment | Metadata]:
+        """See Storage."""
+        return mcap_file.beside_messages(self._file.path)
 
     def count(self, topic: str) -> int | None:
         """See Storage."""
