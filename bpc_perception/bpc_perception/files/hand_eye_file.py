@@ -11,11 +11,10 @@ from scipy.spatial.transform import Rotation
 import yaml
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.robot.hand_eye import HandEye, mount_name, MOUNTS
 from bpc_perception.core.robot.poses import pose_matrix
 from bpc_perception.files.yaml_file import FileError, read_yaml
 
-MOUNTS = {'eye_on_base': True, 'eye_in_hand': False}  # name to whether it is on the base
 UNITS_M = {'m': 1.0, 'mm': 1e-3}
 # Farther is beyond the reach of the robot and its camera; then millimetres were taken for metres.
 LARGEST_DISTANCE_M = 5.0
@@ -64,7 +63,7 @@ def save_hand_eye(path: str | Path, hand_eye: HandEye, name: str, base_frame: st
                   flange_frame: str, camera_frame: str) -> None:
     """Write a calibration in the form of easy_handeye2, whole or not at all. Raises OSError."""
     path = Path(path)
-    mount = next(key for key, on_base in MOUNTS.items() if on_base == hand_eye.on_base)
+    mount = mount_name(hand_eye.on_base)
     rotation = Rotation.from_matrix(hand_eye.T_parent_camera[:3, :3]).as_quat()
     content = {
         'parameters': {

@@ -26,9 +26,9 @@ from bpc_perception.core.calibration.rests import Rest, rests
 from bpc_perception.core.calibration.sighting import find_board, Sighting
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import FLANGE, RecorderConfig
-from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.robot.hand_eye import HandEye, MOUNTS
 from bpc_perception.display.units import M_PER_MM, MM_PER_M
-from bpc_perception.files.hand_eye_file import MOUNTS, save_hand_eye
+from bpc_perception.files.hand_eye_file import save_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.contents import capture_count, captures

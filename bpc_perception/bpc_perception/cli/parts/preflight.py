@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.capture.exposure import Exposure
+from bpc_perception.core.robot.hand_eye import mount_name
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint, users_profile
 
@@ -154,7 +155,7 @@ def _judge_clock(heard: Heard) -> Finding:
 
 def judge_calibration(on_base: bool, age_days: float) -> Finding:
     """Judge whether the hand-eye calibration can be trusted."""
-    found = f'{"eye_on_base" if on_base else "eye_in_hand"}, {age_days:.0f} days old'
+    found = f'{mount_name(on_base)}, {age_days:.0f} days old'
     if age_days > OLD_CALIBRATION_DAYS:
         return Finding(WARN, 'hand-eye calibration', found,
                        'see with "bpc calibrate check" on a print whether it still holds')

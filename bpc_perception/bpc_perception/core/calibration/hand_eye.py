@@ -19,6 +19,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.calibration.errors import CalibrationError
 from bpc_perception.core.calibration.sighting import Sighting
 from bpc_perception.core.geometry import invert
+from bpc_perception.core.robot.hand_eye import mount_name
 
 METHODS = {'Tsai-Lenz': cv2.CALIB_HAND_EYE_TSAI, 'Park': cv2.CALIB_HAND_EYE_PARK,
            'Horaud': cv2.CALIB_HAND_EYE_HORAUD, 'Andreff': cv2.CALIB_HAND_EYE_ANDREFF,
@@ -30,7 +31,6 @@ FEW_CAPTURES = 8  # with fewer the result is doubtful
 USELESS_TURN_RAD = np.radians(2.0)
 POOR_TURN_RAD = np.radians(10.0)
 LARGEST_DISAGREEMENT_M = 2e-3  # between methods, above which the result is doubtful
-MOUNTS = 'eye_on_base', 'eye_in_hand'
 MOUNT_FACTOR = 3  # of residuals, above which the other mount is the right one
 ROTATION_TOLERANCE = 1e-6  # of R R^T from the identity
 
@@ -231,7 +231,7 @@ def _expect_mount(on_base: bool, asked: Sequence[Solution], other: Sequence[Solu
     residual, other_residual = (each[0].rms[0] if each else np.inf for each in (asked, other))
     if residual <= MOUNT_FACTOR * other_residual:
         return
-    mount, other_mount = MOUNTS if on_base else MOUNTS[::-1]
+    mount, other_mount = mount_name(on_base), mount_name(not on_base)
     instead = f'{residual * 1e3:.2f} mm' if asked else 'no solution'
     raise CalibrationError(
         f'hand-eye: expected captures that fit {mount}, found that they fit {other_mount}, with a '

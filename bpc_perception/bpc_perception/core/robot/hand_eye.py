@@ -7,6 +7,13 @@ from dataclasses import dataclass
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.robot.poses import PoseBuffer
 
+MOUNTS = {'eye_on_base': True, 'eye_in_hand': False}  # name to whether it is on the base
+
+
+def mount_name(on_base: bool) -> str:
+    """Return the name of a mount."""
+    return next(name for name, base in MOUNTS.items() if base == on_base)
+
 
 @dataclass(frozen=True)
 class HandEye:
