@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from rcl_interfaces.msg import ParameterEvent
-import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events, QoSProfile, ReliabilityPolicy
@@ -41,7 +41,8 @@ from bpc_perception.runtime.run import run
 
 # Images that may wait for their profile, or for a report that is being written; and the others.
 MOST_WAITING = 20
-UNDER_WAY_S = 0.5  # the last results, when the writer is to end
+UNDER_WAY_S = 0.5  # after the last result, when the writer is to end
+MOST_UNDER_WAY_S = 5.0  # for all of them, where the measuring goes on
 IMAGE_QOS = QoSProfile(depth=MOST_WAITING, reliability=ReliabilityPolicy.RELIABLE)
 
 
@@ -57,7 +58,8 @@ class ResultsWriterNode(Node):
         self._thickness = configure(ThicknessConfig(), 'thickness', file)
         self._recorder = configure(RecorderConfig(), 'path_recorder', file)
         self._results = LiveResults(Path(config.prints))
-        self._written = -np.inf  # when files were written last [s], steady
+        # When files were written, and a result came, last [s], steady.
+        self._written = self._heard = -np.inf
         # What came of each capture, by its stamp [ns], until all of it is there.
         self._images: dict[int, Image] = {}
         self._profiles: dict[int, ThicknessProfile] = {}
@@ -78,10 +80,13 @@ class ResultsWriterNode(Node):
             thickness = self._thickness
             subscribe_poses(self, thickness.pose, thickness.base_frame,
                             thickness.watch.maximum_lead, self._diagnostics, self._on_pose)
-        self.create_timer(config.period / 10, self._write_in_time, clock=steady_clock())
+        self._timer = self.create_timer(config.period / 10, self._write_in_time,
+                                        clock=steady_clock())
 
     def _on_part(self, waiting: dict[int, Any], message: Any) -> None:
         waiting[stamp_to_ns(message.header.stamp)] = message
+        if waiting is not self._images:
+            self._heard = time.monotonic()
         if len(waiting) > MOST_WAITING:
             del waiting[next(iter(waiting))]
         self._take()
@@ -155,9 +160,13 @@ class ResultsWriterNode(Node):
 
     def finish(self) -> None:
         """Take what is still under way, and write it."""
-        end = time.monotonic() + UNDER_WAY_S
-        while time.monotonic() < end:
-            rclpy.spin_once(self, timeout_sec=UNDER_WAY_S / 10)
+        self._timer.cancel()  # to write takes longer than the last results are waited for
+        self._heard = time.monotonic()
+        end = self._heard + MOST_UNDER_WAY_S
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(self)
+        while time.monotonic() < min(self._heard + UNDER_WAY_S, end):
+            executor.spin_once(timeout_sec=UNDER_WAY_S / 10)
         self.write()
 
 
