@@ -20,6 +20,7 @@ START_S = DEAD_TIME_S + 2 * DEAD_TIME_SIGMA_S
 # and the smoothed path is slower than a nozzle that leaves or arrives.
 LEAVING_S = 0.15
 LONGEST_STEP_S = 0.05  # between two points; if it takes longer, the nozzle stands
+HOLE = 2.5  # steps between path points longer than usual by this factor: poses are missing
 REACH = 3  # path points to either side over which speed and volume per length are taken
 # What may stand for the command, the better first.
 RATES = ('flow_rate', 'plunger_velocity')
@@ -37,7 +38,8 @@ class Laid:
         arrived: (N, L) what arrives per length of path, behind each lag.
         length: (N,) arc length without pauses, in which no ink was to be pushed out [m].
         laying: (N,) whether ink was to be laid all around each point.
-        steady: (N,) whether the nozzle neither left nor arrived, so that speed and volume hold.
+        steady: (N,) whether the nozzle neither left nor arrived and its way is known all around,
+            so that speed and volume hold.
         under_way: (N,) whether it had moved for so long that the dead time does not matter.
     """
 
@@ -115,10 +117,11 @@ def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array,
     since = _since_restart(moved, pushing)
     stands = until - path.time[-1] > max(LONGEST_STEP_S, 3 * elapsed[-REACH:].max())
     left = _until_stop(moved, pushing, stands)
-    laying = _steady_around(pushing) & (volume > 0) & np.isfinite(volume)
+    laying = _all_around(pushing) & (volume > 0) & np.isfinite(volume)
     return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived,
                 _without_pauses(path.arc_length, rate), laying,
-                np.minimum(since, left) > LEAVING_S, since > START_S)
+                _all_around(_way_known(path.arc_length)) & (np.minimum(since, left) > LEAVING_S),
+                since > START_S)
 
 
 def per_length(path: DepositionPath, amount: Array, length: Array | None = None) -> Array:
@@ -134,15 +137,24 @@ def per_length(path: DepositionPath, amount: Array, length: Array | None = None)
         return np.asarray(((amount[after] - amount[before]).T / span).T)
 
 
-def _steady_around(pushing: Flags) -> Flags:
-    """Return where (N,) ink is pushed out at all points around.
+def _all_around(true: Flags) -> Flags:
+    """Return where (N,) something is true of all points around, such as that ink is pushed out.
 
     That is farther than ``REACH``: the robot may leave before the extruder's last state is over.
     """
-    count = len(pushing)
-    each, pauses = np.arange(count), np.cumsum(np.concatenate(([False], ~pushing)))
-    return np.asarray(pauses[np.minimum(each + 2 * REACH + 1, count)]
-                      == pauses[np.maximum(each - 2 * REACH, 0)])
+    count = len(true)
+    each, others = np.arange(count), np.cumsum(np.concatenate(([False], ~true)))
+    return np.asarray(others[np.minimum(each + 2 * REACH + 1, count)]
+                      == others[np.maximum(each - 2 * REACH, 0)])
+
+
+def _way_known(arc: Array) -> Flags:
+    """Return to which points (N,), at arc lengths (N,) [m], the way is known.
+
+    Ink was laid in a hole as well, but on which way?
+    """
+    step = np.diff(arc, prepend=arc[:1])
+    return np.asarray(step <= HOLE * np.median(step))
 
 
 def _since_restart(moved: Array, pushing: Flags) -> Array:

@@ -2,7 +2,8 @@
 
 A driver that repeats its last pose with new stamps and then recovers, or a clock that is set,
 leaves one step that is far too long for the speeds before and after it. What lies between is not
-known: it is no way that the nozzle went.
+known: it is no way that the nozzle went. A single pose that is wrong leaves two such steps, out
+and back.
 """
 
 from __future__ import annotations
@@ -14,14 +15,16 @@ from typing import NamedTuple
 from bpc_perception.core.arrays import Array
 
 # A step is a leap if it is longer than the faster of its neighbours makes in this many times its
-# duration, and as much more as stamps and poses are off.
+# duration, and as much more as stamps and poses are off. Poses that are repeated are less off.
 FASTER = 4.0
 STAMP_JITTER_S = 0.02
-JITTER_M = 0.0005
+JITTER_M, REPEATED_JITTER_M = 0.0005, 0.0002
+PATIENCE_S = 0.1  # with a doubtful pose that is given again, more than the usual time
 REPEATED_M = 1e-6  # a robot that stands trembles by more
 LEAPS_KEPT = 100
 LEAPT = ('pose: expected a tip that moves on evenly, found that it leapt, as when a driver '
-         'repeats its last pose or a clock is set; the way it went is not known')
+         'repeats its last pose, a clock is set or a pose is wrong; the way it went is not '
+         'known')
 
 
 class Step(NamedTuple):
@@ -38,43 +41,91 @@ class Step(NamedTuple):
     leap: bool
 
 
+class _Pose(NamedTuple):
+    stamp_ns: int
+    tip: Array
+
+    def is_at(self, other: _Pose) -> bool:
+        """Return whether it is another one again."""
+        return math.dist(self.tip, other.tip) <= REPEATED_M
+
+    def since(self, stamp_ns: int) -> float:
+        """Return how long it is after a time [s]."""
+        return (self.stamp_ns - stamp_ns) * 1e-9
+
+
 class LeapFinder:
-    """Tells leaps among poses, one after the other; a doubtful one waits for the next."""
+    """Tells leaps among poses, one after the other; a doubtful one waits for the next.
+
+    A source may give each pose several times, faster than it has new ones.
+    """
 
     def __init__(self) -> None:
-        self._last: tuple[int, Array] | None = None
-        self._speed = 0.0  # before the last pose [m/s]
-        self._doubtful: tuple[int, Array] | None = None
+        self._last: _Pose | None = None
+        self._heard_ns = 0  # when it was given last
+        self._speed = 0.0  # on the way to it [m/s]
+        self._period = 0.0  # between it and another one before it [s]
+        self._doubtful: list[_Pose] = []  # one pose, perhaps given several times
 
     def add(self, stamp_ns: int, tip: Array) -> list[Step]:
         """Add a position (3,) [m] at a later time [ns]; return the steps that are certain now."""
-        found: list[Step] = []
-        if self._doubtful is not None:
-            doubtful, self._doubtful = self._doubtful, None
-            after = _speed(doubtful, (stamp_ns, tip))
-            leap = self._is_leap(doubtful, after)
-            # A leap says nothing of how fast the nozzle went.
-            self._take(doubtful, after if leap else None)
-            found.append(Step(*doubtful, leap))
-        if self._is_leap((stamp_ns, tip), 0.0):
-            self._doubtful = (stamp_ns, tip)
+        pose = _Pose(stamp_ns, tip)
+        if not self._doubtful:
+            return self._judge(pose)
+        first = self._doubtful[0]
+        if (pose.is_at(first)
+                and pose.since(first.stamp_ns) < FASTER * self._period + PATIENCE_S):
+            self._doubtful.append(pose)
+            return []
+        doubtful, self._doubtful = self._doubtful, []
+        if not self._is_leap(pose, 0.0):
+            # Back where it would be without the doubtful pose: that one was wrong.
+            self._go_to(pose)
+            return [Step(*pose, True)]
+        after = math.dist(first.tip, pose.tip) / pose.since(first.stamp_ns)
+        leap = self._is_leap(first, after)
+        # A leap says nothing of how fast the nozzle went.
+        self._go_to(first, after if leap else None)
+        self._heard_ns = doubtful[-1].stamp_ns
+        return [Step(*first, leap), *(Step(*again, False) for again in doubtful[1:]),
+                *self._judge(pose)]
+
+    def _judge(self, pose: _Pose) -> list[Step]:
+        if self._last is not None and pose.is_at(self._last):
+            self._heard_ns = pose.stamp_ns
+        elif self._is_leap(pose, 0.0):
+            self._doubtful.append(pose)
+            return []
         else:
-            self._take((stamp_ns, tip), None)
-            found.append(Step(stamp_ns, tip, False))
-        return found
+            self._go_to(pose)
+        return [Step(*pose, False)]
 
-    def _take(self, pose: tuple[int, Array], speed: float | None) -> None:
-        if speed is None:
-            speed = _speed(self._last, pose) if self._last is not None else 0.0
-        self._last, self._speed = pose, speed
+    def _go_to(self, pose: _Pose, speed: float | None = None) -> None:
+        """Take a pose as the last one, to which the nozzle went at a speed; None = find it."""
+        if speed is not None:
+            self._speed = speed
+        elif self._last is not None:
+            self._speed = math.dist(self._last.tip, pose.tip) / self._duration(pose, self._last)
+            self._period = pose.since(self._last.stamp_ns)
+        self._last, self._heard_ns = pose, pose.stamp_ns
 
-    def _is_leap(self, pose: tuple[int, Array], after: float) -> bool:
+    def _is_leap(self, pose: _Pose, after: float) -> bool:
         """Return whether the step to a pose is a leap, with a speed after it [m/s]."""
         if self._last is None:
             return False
-        duration = (pose[0] - self._last[0]) * 1e-9
-        usual = max(self._speed, after) * (FASTER * duration + STAMP_JITTER_S) + JITTER_M
-        return math.dist(self._last[1], pose[1]) > usual
+        repeated = self._heard_ns > self._last.stamp_ns
+        usual = (max(self._speed, after)
+                 * (FASTER * self._duration(pose, self._last) + STAMP_JITTER_S)
+                 + (REPEATED_JITTER_M if repeated else JITTER_M))
+        return math.dist(self._last.tip, pose.tip) > usual
+
+    def _duration(self, pose: _Pose, last: _Pose) -> float:
+        """Return how long the nozzle went from the last pose to this one [s], as far as known.
+
+        Where it stood until then is the time from one message to the next, unless poses come
+        anew more seldom.
+        """
+        return max(pose.since(self._heard_ns), min(pose.since(last.stamp_ns), self._period))
 
 
 class Whereabouts:
@@ -105,7 +156,3 @@ class Whereabouts:
     def known_at(self, stamp_ns: int) -> bool:
         """Return whether no leap is known over a time [ns]."""
         return not any(start < stamp_ns < end for start, end in self._unknown)
-
-
-def _speed(start: tuple[int, Array], end: tuple[int, Array]) -> float:
-    return math.dist(start[1], end[1]) / ((end[0] - start[0]) * 1e-9)

@@ -111,6 +111,19 @@ def test_a_change_of_speed_counts_as_one_of_flow() -> None:
     assert result.flow_rate_scale == pytest.approx(0.5, rel=0.03)
 
 
+@pytest.mark.parametrize('behind', [1, 5, 15, 40])
+def test_a_hole_in_the_path_that_cuts_a_corner_teaches_nothing(behind: int) -> None:
+    """Poses of 4 mm are missing, the straight way over which is half as long."""
+    path = laid(300)
+    after = np.arange(300) >= 300 - behind
+    time, arc = path.time + after * 4e-3 / SPEED, path.arc_length + after * 2e-3
+    path = replace(path, time=time, arc_length=arc, complete_until=float(time[-1]),
+                   points=np.column_stack((arc, np.zeros((300, 2)))))
+    result = advise(path, width())
+    assert (result.valid, result.reason) == (True, Reason.ON_TARGET)
+    assert result.delivery == pytest.approx(1, abs=0.005)
+
+
 def lagged(path: DepositionPath, lag: float) -> Array:
     """Flow behind a first-order lag, by its equation, with the path's steps of time."""
     flow = np.zeros(len(path))

@@ -44,7 +44,7 @@ def test_a_nozzle_that_starts_at_once_goes_on_and_stops_makes_no_leap(speed: flo
 
 
 @pytest.mark.parametrize('speed', [0.005, 0.01, 0.03])
-@pytest.mark.parametrize('frozen', [0.3, 0.7, 2.0])
+@pytest.mark.parametrize('frozen', [0.15, 0.3, 0.7, 2.0])
 def test_poses_that_are_repeated_until_they_recover_leave_a_leap(speed: float,
                                                                  frozen: float) -> None:
     times = np.arange(0, 5, PERIOD_S)
@@ -61,6 +61,35 @@ def test_a_clock_that_is_set_back_leaves_a_leap(back: float) -> None:
     later = stamped > np.maximum.accumulate(np.append(-1, stamped[:-1]))  # others are refused
     assert leaps(stamped[later], SPEED * times[later]) == [
         pytest.approx(SPEED * (2 + back), abs=2.1 * SPEED * PERIOD_S)]
+
+
+@pytest.mark.parametrize('speed', [0.002, 0.01, 0.1, 0.3])
+@pytest.mark.parametrize('times_each', [2, 5])
+def test_poses_that_are_all_given_several_times_make_no_leap(speed: float,
+                                                             times_each: int) -> None:
+    times = np.arange(0, 4, PERIOD_S)
+    x = speed * np.clip(times - 1, 0, 2)
+    again = x[np.arange(len(x)) // times_each * times_each]
+    found = steps(times, again)
+    assert not any(step.leap for step in found)
+    np.testing.assert_array_equal([step.tip[0] for step in found], again[:len(found)])
+    assert len(found) > len(times) - times_each
+    stuck = (times > 2) & (times < 2.7)
+    assert leaps(times, np.where(stuck, again[200], again)) == [
+        pytest.approx(speed * 1.7, abs=1.1 * speed * times_each * PERIOD_S)]
+
+
+@pytest.mark.parametrize('off', [-15 * MM, 2 * MM, 15 * MM])
+@pytest.mark.parametrize('speed', [0.0, 0.01])
+def test_a_single_pose_that_is_wrong_is_no_place_where_the_nozzle_was(speed: float,
+                                                                      off: float) -> None:
+    times = np.arange(0, 3, PERIOD_S)
+    x = speed * times
+    wrong = x.copy()
+    wrong[100] += off
+    found = steps(times, wrong)
+    np.testing.assert_array_equal([step.tip[0] for step in found], np.delete(x, 100)[:len(found)])
+    assert [step.stamp_ns for step in found if step.leap] == [at_ns(times[101])]
 
 
 @pytest.mark.parametrize('smoothing_time', [0, 0.1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
+from geometry_msgs.msg import Point, Pose, PoseStamped
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -16,7 +17,6 @@ from bpc_perception.core.config import AdviceConfig, RecorderConfig, ThicknessCo
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
-from bpc_perception.messages.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.recording.bag import BagMessage
 from bpc_sim.scene.planar_capture import planar_capture
@@ -72,21 +72,20 @@ class SmallPrint:
 
     def messages(self) -> list[BagMessage]:
         """Return all messages in the order of recording."""
-        poses = [self._pose(t) for t in np.arange(-0.2, self.duration + 0.3, POSE_PERIOD_S)]
         states = [self._state(t) for t in np.arange(-0.2, self.duration + 0.3, STATE_PERIOD_S)]
         captures = [message for t in np.arange(self.period, self.duration + 0.2, self.period)
                     for message in self._capture(t)]
-        return sorted((*poses, *states, *captures), key=lambda message: message.log_ns)
+        return sorted((*self._poses(), *states, *captures), key=lambda message: message.log_ns)
 
-    def _pose(self, time: float) -> BagMessage:
+    def _poses(self) -> list[BagMessage]:
+        times = np.arange(-0.2, self.duration + 0.3, POSE_PERIOD_S)
         place = places(self.shape)
-        step = np.clip(time * self.speed / STEP_M, 0, len(place) - 1)
-        tip = np.array([np.interp(step, np.arange(len(place)), place[:, axis])
-                        for axis in range(3)])
-        T_base_flange = np.eye(4)
-        T_base_flange[:3, 3] = tip
-        return _recorded(topics.POSE, time, pose_to_message(
-            _stamp_ns(time), RECORDER.base_frame, T_base_flange))
+        step = np.clip(times * self.speed / STEP_M, 0, len(place) - 1)
+        x, y, z = (np.interp(step, np.arange(len(place)), axis).tolist() for axis in place.T)
+        return [_recorded(topics.POSE, time, PoseStamped(
+            header=Header(stamp=ns_to_stamp(_stamp_ns(time)), frame_id=RECORDER.base_frame),
+            pose=Pose(position=Point(x=x[each], y=y[each], z=z[each]))))
+            for each, time in enumerate(times.tolist())]
 
     def _state(self, time: float) -> BagMessage:
         pushing = bool(0 <= time < self.duration)
