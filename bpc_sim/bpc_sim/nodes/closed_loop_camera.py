@@ -25,6 +25,7 @@ from bpc_sim.ink.extrusion import Extrusion
 from bpc_sim.scene.render import render
 from bpc_sim.scene.scene import Scene
 
+LONGEST_STEP_M = 0.5e-3  # between poses; a longer one may cut a corner
 POSE_HISTORY_S = 2.0  # so that an acquisition can have begun in the past
 
 
@@ -71,9 +72,10 @@ class ClosedLoopCamera:
         if self._began and not self._joined:
             self._joined, self._s = True, self._print.nearest(tip)
         elif self._began:
-            # Between two poses the path is straight enough.
-            self._s = min(self._s + float(np.linalg.norm(tip - self._tip)),
-                          self._print.job.length)
+            step = float(np.linalg.norm(tip - self._tip))
+            # Between two poses the path is straight enough, unless the robot was held up.
+            there = self._s + step if step < LONGEST_STEP_M else self._print.nearest(tip)
+            self._s = min(max(there, self._s), self._print.job.length)
             self._extrusion.advance(time, self._s, self._flow)
         self._tip = tip
         self._poses.append(_RobotPose(time, self._s, pose))
