@@ -7,7 +7,7 @@ import numpy as np
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 
 MM = 1e-3
 NASTY = '</script><script>alert("1")</script>&<b>'  # the name of the strand

@@ -46,7 +46,7 @@ FLOOR_PLAN = {
         'core.measurement.cross_section.sections', 'core.measurement.cross_section.appearance',
         'core.measurement.cross_section.edges', 'core.measurement.cross_section',
         'core.measurement.paper', 'core.measurement',
-        'core.advice', 'core.calibration', 'core.watch', 'core.session', 'core',
+        'core.advice', 'core.calibration', 'core.watch', 'core.result', 'core.session', 'core',
         'display', 'claims', 'files', 'messages', 'recording', 'report', 'runtime.exit_status',
         'runtime.held_warnings', 'runtime.transport', 'runtime', 'drivers', 'page',
         'nodes.parts', 'nodes', 'batch', 'cli.parts', 'cli', '__main__'),

@@ -5,26 +5,15 @@ Typer makes options, types and help from the signatures of the functions.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
-from importlib.metadata import entry_points
+from importlib.metadata import entry_points, EntryPoint
 import logging
 import sys
 from typing import Any, NoReturn
 
 import typer
 
-from bpc_perception.cli import (
-    batch,
-    calibrate,
-    check,
-    compare,
-    live,
-    measure,
-    record,
-    recover,
-    replay,
-    test_suite,
-)
 from bpc_perception.cli.parts.terminal import show_held_warnings, WARNINGS
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED
@@ -33,21 +22,39 @@ from bpc_perception.runtime.transport.dds_profiles import choose_profile
 
 # This class is of Click, which newer versions of Typer contain under another name.
 UsageError: Any = typer.BadParameter.__base__
+GROUP = 'bpc.commands'  # of entry points
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None,
-                  pretty_exceptions_enable=False,
-                  help='Live thickness feedback for robotic bioprinting. Also: ./bpc env prints '
-                       'the environment, for colcon and tools run by hand.')
-for name, command in (('demo', replay.demo), ('test', test_suite.run_tests),
-                      ('measure', measure.measure), ('replay', replay.replay),
-                      ('live', live.live), ('record', record.record),
-                      ('recover', recover.recover), ('batch', batch.batch),
-                      ('compare', compare.compare), ('check', check.check)):
-    app.command(name)(command)
-app.add_typer(calibrate.app, name='calibrate')
-# Commands of other packages, such as those of the simulator where it is installed.
-for entry in sorted(set(entry_points(group='bpc.commands'))):
-    app.command(entry.name)(entry.load())
+# The module and the function of each command. Only that of the command which is called is loaded:
+# all of them take a second.
+COMMANDS = {name: f'bpc_perception.cli.{place}' for name, place in (
+    ('demo', 'replay:demo'), ('test', 'test_suite:run_tests'), ('measure', 'measure:measure'),
+    ('replay', 'replay:replay'), ('live', 'live:live'), ('record', 'record:record'),
+    ('recover', 'recover:recover'), ('batch', 'batch:batch'), ('compare', 'compare:compare'),
+    ('check', 'check:check'), ('calibrate', 'calibrate:app'))}
+
+
+def command_line(words: Sequence[str] = ()) -> typer.Typer:
+    """Return the command line, with the command that words begin with, or else with all."""
+    # Commands of other packages are, for example, those of the simulator where it is installed.
+    commands = [EntryPoint(name, place, GROUP) for name, place in COMMANDS.items()]
+    commands += sorted(set(entry_points(group=GROUP)))
+    called = [command for command in commands if command.name in words[:1]]
+    app = typer.Typer(add_completion=False, rich_markup_mode=None,
+                      pretty_exceptions_enable=False,
+                      help='Live thickness feedback for robotic bioprinting. Also: ./bpc env '
+                           'prints the environment, for colcon and tools run by hand.')
+    app.callback()(_nothing)  # or a single command would need no name
+    for command in called or commands:
+        loaded = command.load()
+        if isinstance(loaded, typer.Typer):
+            app.add_typer(loaded, name=command.name)
+        else:
+            app.command(command.name)(loaded)
+    return app
+
+
+def _nothing() -> None:
+    pass
 
 
 def main() -> None:
@@ -57,7 +64,8 @@ def main() -> None:
     shared_memory.clean()
     logging.getLogger().addHandler(WARNINGS)
     try:
-        status = app(sys.argv[1:] or ['--help'], prog_name='bpc', standalone_mode=False)
+        words = sys.argv[1:] or ['--help']
+        status = command_line(words)(words, prog_name='bpc', standalone_mode=False)
     except UsageError as error:
         command = error.ctx.command_path if error.ctx else 'bpc'
         refuse(f'{command}: {error.format_message()} ({command} --help says more)')

@@ -27,7 +27,7 @@ from bpc_perception.cli.parts.options import (
 from bpc_perception.cli.parts.printer_nodes import printer_nodes
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import captures

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 import logging
 
 from bpc_perception.core.advice.advisor import Advisor
-from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
@@ -23,34 +21,13 @@ from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.leaps import LEAPT, Whereabouts
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
 
 MOST_CLIPPED = 0.2  # share of the picture around the path that may be overexposed
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Result:
-    """The result of a capture: profile and advice, or the reason why there is none.
-
-    Attributes:
-        capture: what was measured.
-        T_base_camera: (4, 4) pose of the camera's optical frame in the base frame [m]; None = not
-            known.
-        profile: thickness along the path; None = refused.
-        advice: what to change; None = refused.
-        refusal: why there is no profile; empty = there is one.
-        warning: about a result that is right as it is, but may not be what was meant.
-    """
-
-    capture: Capture
-    T_base_camera: Array | None = None
-    profile: ThicknessProfile | None = None
-    advice: RateAdvice | None = None
-    refusal: str = ''
-    warning: str = ''
 
 
 class Session:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.profile import Status
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.display.legend import (
     as_shown,
     LEFT_COLOUR,

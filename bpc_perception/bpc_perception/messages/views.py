@@ -17,7 +17,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.display.legend import (
     deviation_colours,
     LEFT_COLOUR,

@@ -20,8 +20,8 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import PinholeCamera
 from bpc_perception.core.config import RecorderConfig, ResultsWriterConfig, ThicknessConfig
 from bpc_perception.core.parameter import ConfigError, flatten, replace_flat
+from bpc_perception.core.result import Result
 from bpc_perception.core.robot.poses import PoseBuffer
-from bpc_perception.core.session import Result
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.messages import topics

@@ -15,8 +15,9 @@ from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.path.leaps import LEAPT
 from bpc_perception.core.path.tracker import JumpError, PrintTracker
+from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
-from bpc_perception.core.session import Result, Session
+from bpc_perception.core.session import Session
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.extruder import extruder_from_message

@@ -5,15 +5,13 @@ Lengths are in millimetres, as everything that people read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-import math
 from typing import Any
 
 import numpy as np
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.core.stroke_ends import Strokes
 from bpc_perception.display.units import MM_PER_M, NS_PER_S, UL_PER_M3
 
@@ -81,14 +79,3 @@ def advice_entry(advice: RateAdvice) -> dict[str, Any]:
         'valid_until_s': advice.valid_until_ns / NS_PER_S,
         'valid_until_ns': advice.valid_until_ns,
     }
-
-
-def plain(value: object) -> Any:
-    """Return a value as strict JSON knows it: NaN and infinity become None."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int | str) else str(value)

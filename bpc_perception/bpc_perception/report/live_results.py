@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.profile import ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.report.outputs import write_outputs
 from bpc_perception.report.print_log import PrintLog

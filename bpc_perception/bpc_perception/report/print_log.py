@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.report.entries import result_entry
 from bpc_perception.report.thumbnails import Thumbnails
 

@@ -9,8 +9,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from bpc_perception.core.session import Result
-from bpc_perception.report.entries import plain
+from bpc_perception.core.result import Result
+from bpc_perception.display.plain_json import plain
 from bpc_perception.report.outputs import write_outputs
 from bpc_perception.report.pages import prints_page
 from bpc_perception.report.print_log import PrintLog

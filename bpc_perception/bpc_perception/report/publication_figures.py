@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.display.legend import (
     as_shown,
     FULL_COLOUR_DEVIATION,

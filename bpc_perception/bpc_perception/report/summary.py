@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from bpc_perception.display.plain_json import plain
 from bpc_perception.display.units import MM_PER_M
-from bpc_perception.report.entries import advice_entry, plain, stroke_entries
+from bpc_perception.report.entries import advice_entry, stroke_entries
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
 from bpc_perception.report.uniformity import uniformity

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.display.overlay import draw_samples
 
 BUDGET_BYTES = 1_800_000  # of all pictures together

@@ -24,8 +24,9 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import AdviceConfig, ThicknessConfig
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
-from bpc_perception.core.session import Result, Session
+from bpc_perception.core.session import Session
 
 ON_BASE = HandEye(True, DOWN)
 T_FLANGE_CAMERA = pose((0.05, 0, 0.02), (90, 0, 0))

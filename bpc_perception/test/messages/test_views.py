@@ -15,8 +15,9 @@ import yaml
 
 from bpc_perception.core.config import AdviceConfig, ThicknessConfig
 from bpc_perception.core.profile import Status
+from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
-from bpc_perception.core.session import Result, Session
+from bpc_perception.core.session import Session
 from bpc_perception.display.legend import (
     deviation_colours,
     LEFT_COLOUR,

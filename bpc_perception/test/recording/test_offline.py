@@ -21,8 +21,8 @@ import pytest
 
 from bpc_perception.core.config import AdviceConfig, PathConfig, RecorderConfig, ThicknessConfig
 from bpc_perception.core.path.print_id import print_id_of
+from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
-from bpc_perception.core.session import Result
 
 pytest.importorskip('rclpy')
 from geometry_msgs.msg import PoseStamped

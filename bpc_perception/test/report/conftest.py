@@ -10,7 +10,7 @@ from report_prints import START_NS, strand_result, vase_profile
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bpc_perception.core.path.print_id import print_id_of
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.report import outputs
 from bpc_perception.report.live_results import LiveResults, seen

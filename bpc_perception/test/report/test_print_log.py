@@ -5,7 +5,7 @@ import weakref
 
 import numpy as np
 
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.report.print_log import PrintLog
 
 

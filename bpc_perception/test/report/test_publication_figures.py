@@ -8,7 +8,7 @@ import pytest
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.report import publication_figures
 
 MM = 1e-3

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.report.thumbnails import decode, encode, MOST_PICTURES, Thumbnails
 
 

@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 from bpc_perception.__main__ import main
-from bpc_perception.cli import app as command_line
+from bpc_perception.cli import app
 from bpc_perception.cli.parts.monitor import monitoring
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.runtime.exit_status import INTERRUPTED
@@ -53,9 +53,9 @@ def test_a_closed_terminal_interrupts_any_command(before: Any,
     def command(*_: Any, **__: Any) -> None:
         os.kill(os.getpid(), signal.SIGHUP)
 
-    monkeypatch.setattr(command_line, 'app', command)
-    monkeypatch.setattr(command_line, 'choose_profile', lambda: None)
-    monkeypatch.setattr(command_line.shared_memory, 'clean', lambda **_: None)
+    monkeypatch.setattr(app, 'command_line', lambda _: command)
+    monkeypatch.setattr(app, 'choose_profile', lambda: None)
+    monkeypatch.setattr(app.shared_memory, 'clean', lambda **_: None)
     monkeypatch.setattr(atexit, 'register', lambda _: None)
     with pytest.raises(SystemExit) as ended:
         main()

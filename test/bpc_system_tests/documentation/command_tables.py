@@ -8,7 +8,7 @@ from typing import Any
 
 import typer
 
-from bpc_perception.cli.app import app
+from bpc_perception.cli.app import command_line
 from bpc_system_tests.documentation.pages import DOCS
 
 PAGE = DOCS / 'reference' / 'commands.md'
@@ -18,7 +18,7 @@ Command = Any
 
 def commands() -> dict[str, Command]:
     """Return every command by the words that call it, without those that only hold others."""
-    return dict(_below(typer.main.get_command(app), ''))
+    return dict(_below(typer.main.get_command(command_line()), ''))
 
 
 def _below(group: Command, name: str) -> Iterator[tuple[str, Command]]:

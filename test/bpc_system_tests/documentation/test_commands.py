@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import typer
 
-from bpc_perception.cli.app import app
+from bpc_perception.cli.app import command_line
 from bpc_system_tests.documentation import command_tables
 from bpc_system_tests.documentation.pages import (
     all_code,
@@ -55,7 +55,7 @@ def parse(words: list[str], complete: bool = True) -> None:
     Raises:
         UsageError: a command, an option or an argument is not as the command line wants it.
     """
-    command = typer.main.get_command(app)
+    command = typer.main.get_command(command_line())
     while is_group(command) and words and words != ['--help']:
         _, command, words = command.resolve_command(empty_context(command), words)
     if words == ['--help']:

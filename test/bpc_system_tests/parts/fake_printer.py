@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception.core.config import BASE
 from bpc_perception.core.parameter import flatten
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.profile import profile_to_message

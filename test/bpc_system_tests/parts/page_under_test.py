@@ -20,7 +20,7 @@ from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
 
 from bpc_perception.cli.parts.live_page import free_port
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.page import TOKEN_VARIABLE
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import Graph

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.recording.bag import Bag

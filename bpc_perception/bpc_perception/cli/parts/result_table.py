@@ -9,7 +9,7 @@ import numpy as np
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_a_line

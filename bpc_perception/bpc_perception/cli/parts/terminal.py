@@ -18,8 +18,8 @@ from rich.live import Live
 from rich.measure import Measurement
 
 from bpc_perception.cli.parts.progress import Advance, progress_bar
+from bpc_perception.display.plain_json import plain
 from bpc_perception.display.plain_text import one_line, printable
-from bpc_perception.report.entries import plain
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
 WIDEST_TABLE = 1000  # letters

@@ -6,7 +6,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
 from bpc_perception.messages.views import (
     deviation_message,

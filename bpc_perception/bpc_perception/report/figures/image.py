@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.display.legend import (
     as_shown,
     LEFT_COLOUR,

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status
-from bpc_perception.core.session import Result
+from bpc_perception.core.result import Result
 from bpc_perception.display.legend import STATUS_COLOURS, TARGET_COLOUR, WINDOW_COLOUR
 from bpc_perception.display.overlay import path_pixels
 from bpc_perception.display.units import MM_PER_M

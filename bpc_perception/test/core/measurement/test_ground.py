@@ -27,8 +27,9 @@ from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.ahead import arc_ahead
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
-from bpc_perception.core.session import Result, Session
+from bpc_perception.core.session import Session
 
 Picture = NDArray[np.uint8]
 BED = Plane(np.array((0.0, 0.0, 1.0)), 0.0)

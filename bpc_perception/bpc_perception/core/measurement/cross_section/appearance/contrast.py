@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtr, gammaincinv
 
 from bpc_perception.core.arrays import Array
 
@@ -52,4 +52,5 @@ def core_covariance(residual: NDArray[np.floating[Any]], core: float) -> Array:
 @cache
 def _variance_of_core(core: float) -> float:
     """Return the share of a 3-D normal distribution's variance that its inner ``core`` has."""
-    return float(chi2.cdf(chi2.ppf(core, 3), 5) / core)
+    # With scipy.stats, a command takes half a second longer to start.
+    return float(chdtr(5, 2 * gammaincinv(3 / 2, core)) / core)

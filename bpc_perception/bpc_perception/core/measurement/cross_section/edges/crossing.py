@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from bpc_perception.core.arrays import Array, Floats, Index
 from bpc_perception.core.measurement.cross_section.sections.sections import SAMPLE_STEP_PX
@@ -63,7 +62,7 @@ def find_crossing(share: Floats, first: Index, end: Index,
     low, high = (share[row, np.clip(base + ahead, 0, share.shape[1] - 1)] for ahead in (0, 1))
     values = (1 - part) * low + part * high
     values = (values - found.outer[:, None]) / found.step[:, None] - 0.5
-    surplus = trapezoid(values, reach, axis=1)
+    surplus = (np.diff(reach) * (values[:, 1:] + values[:, :-1]) / 2).sum(axis=1)
     shift = surplus / np.maximum(values[:, 0] - values[:, -1], 0.5)
     return (found.place + np.clip(np.nan_to_num(shift), -MOST_SHIFT, MOST_SHIFT),
             found.slope * found.step)

@@ -1,0 +1,32 @@
+"""What came of a capture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.profile import ThicknessProfile
+
+
+@dataclass(frozen=True)
+class Result:
+    """The result of a capture: profile and advice, or the reason why there is none.
+
+    Attributes:
+        capture: what was measured.
+        T_base_camera: (4, 4) pose of the camera's optical frame in the base frame [m]; None = not
+            known.
+        profile: thickness along the path; None = refused.
+        advice: what to change; None = refused.
+        refusal: why there is no profile; empty = there is one.
+        warning: about a result that is right as it is, but may not be what was meant.
+    """
+
+    capture: Capture
+    T_base_camera: Array | None = None
+    profile: ThicknessProfile | None = None
+    advice: RateAdvice | None = None
+    refusal: str = ''
+    warning: str = ''
