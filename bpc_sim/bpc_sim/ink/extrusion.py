@@ -14,6 +14,7 @@ Constants are those that others have measured or use:
 
 from __future__ import annotations
 
+from array import array
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -89,7 +90,8 @@ class Extrusion:
         self._length = length
         self._time = self._s = -np.inf
         self._commands: deque[tuple[float, float]] = deque([(-np.inf, 0.0)])
-        self._laid: list[tuple[float, float]] = []
+        # Where beads lie [m], and how wide they are [m]; NumPy takes these at once.
+        self._places, self._widths = array('d'), array('d')
 
     def advance(self, time: float, s: float, flow: float) -> None:
         """Go on to a time [s] at which the nozzle is at arc length s [m].
@@ -105,16 +107,17 @@ class Extrusion:
             self.delivered += share * (self._commands[0][1] - self.delivered)
             if s > self._s:
                 bead = 4 / np.pi * self.delivered * step / (s - self._s)
-                self._laid.append(((s + self._s) / 2, behaviour.spreading * bead**0.5))
+                self._places.append((s + self._s) / 2)
+                self._widths.append(behaviour.spreading * bead**0.5)
         self._time, self._s = time, s
 
     def width(self, s: Array) -> Array:
         """Return the width (N,) of the ink at arc lengths s (N,) [m]; 0 where there is none."""
-        if not self._laid:
+        if not self._places:
             return np.zeros(np.shape(s))
-        laid, width = np.array(self._laid).T
         behaviour = self.behaviour
-        width = np.interp(s, laid, width) * np.sqrt(behaviour.delivery(s))
+        width = np.interp(s, np.array(self._places), np.array(self._widths))
+        width *= np.sqrt(behaviour.delivery(s))
         width *= np.interp(s, *self._noise)
         behind = s[:, None] - behaviour.corners
         dragged = np.where(behind >= 0, np.exp(-np.abs(behind) / CORNER_RECOVERY_M), 0.0)
