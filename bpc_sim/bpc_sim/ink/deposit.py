@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from bpc_perception.core.arrays import Array
 from bpc_sim.ink.curve_pieces import curve_pieces
 from bpc_sim.ink.curves import Curve
 
-# From arc lengths of any shape [m] to widths of the same shape [m].
+# From arc lengths of any shape [m] to widths of the same shape [m]; also to heights of feet.
 WidthProfile = Callable[[Array], Array]
 
 SEARCH_MARGIN_M = 1e-3  # beyond the widest bead, within which points are located
@@ -23,6 +23,9 @@ SEARCH_MARGIN_M = 1e-3  # beyond the widest bead, within which points are locate
 def constant_width(width: float) -> WidthProfile:
     """Return a profile of the same width [m] everywhere."""
     return lambda s: np.full(np.shape(s), width)
+
+
+ON_BED = constant_width(0.0)
 
 
 def linear_width(start: float, end: float, length: float) -> WidthProfile:
@@ -77,7 +80,9 @@ class Deposit:
         profile: width over arc length, where there is ink [m].
         gaps: (G, 2) intervals of arc length without ink [m]; they may overlap.
         laid: arc length up to which ink has been laid [m].
-        height_ratio: height of the bead at its middle, as a fraction of its width.
+        height_ratio: height of the bead at its middle above its foot, as a fraction of its width.
+        base: height of the bead's foot above the bed, over arc length: what it lies on, or hangs
+            over [m].
     """
 
     curve: Curve
@@ -85,6 +90,7 @@ class Deposit:
     gaps: Array = field(default_factory=lambda: np.empty((0, 2)))
     laid: float = np.inf
     height_ratio: float = 0.3
+    base: WidthProfile = ON_BED
 
     @cached_property
     def runs(self) -> Array:
@@ -101,6 +107,12 @@ class Deposit:
     def max_width(self) -> float:
         """Largest width of the profile [m], as found in a thousand samples."""
         return float(self.profile(self.curve.uniform(1001)).max())
+
+    @cached_property
+    def level(self) -> float:
+        """Mean height of the bead's foot above the bed [m]."""
+        return float(np.mean([self.base(np.linspace(start, end, 101)).mean()
+                              for start, end in self.runs] or 0.0))
 
     @cached_property
     def area(self) -> float:
@@ -132,8 +144,13 @@ class Deposit:
         """Return the height (N,) of the bead above the bed at points (N, 2) [m]; 0 without ink."""
         location = self.locate(points)
         width = self.profile(location.s)
-        return np.where(location.margin <= 0,
-                        self.height_ratio * width * (1 - (2 * location.offset / width)**2), 0.0)
+        return np.where(location.margin <= 0, self.base(location.s)
+                        + self.height_ratio * width * (1 - (2 * location.offset / width)**2), 0.0)
+
+    def within(self, start: float, end: float) -> Deposit:
+        """Return the part of the ink between two arc lengths [m]."""
+        outside = np.array(((0.0, start), (end, self.curve.length)))
+        return replace(self, gaps=np.concatenate((self.gaps, outside)))
 
     def covers(self, points: Array) -> NDArray[np.bool_]:
         """Tell whether points (N, 2) or (N, M, 2) [m] lie on ink."""
@@ -155,7 +172,8 @@ class Deposit:
         centres = groups.mean(axis=1)
         reach = self.max_width / 2 + SEARCH_MARGIN_M
         for piece in curve_pieces(self.curve):
-            if not len(self.runs) or piece.s[0] > self.runs[-1, 1] + reach:
+            if (not len(self.runs) or piece.s[0] > self.runs[-1, 1] + reach
+                    or piece.s[-1] < self.runs[0, 0] - reach):
                 continue
             near = piece.near(centres, reach)
             if not len(near):

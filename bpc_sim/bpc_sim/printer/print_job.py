@@ -21,6 +21,7 @@ from bpc_sim.printer.motion import Motion, Travel
 from bpc_sim.scene.camera import View
 from bpc_sim.scene.render import render
 from bpc_sim.scene.scene import Nozzle, Scene, Sensor
+from bpc_sim.scene.surfaces import Plane, Surface
 
 Times = Array | float
 
@@ -31,7 +32,7 @@ PLUNGER_NODES = 10001  # arc lengths at which the plunger's position is tabulate
 
 @dataclass(frozen=True, eq=False)
 class PrintJob:
-    """A print on a plane bed; all poses are in the robot base frame.
+    """A print; all poses are in the robot base frame.
 
     Attributes:
         commanded: the complete print as the controller commands it: path, width and gaps.
@@ -42,6 +43,10 @@ class PrintJob:
             when a bubble passes [m].
         speed: speed of the nozzle along the path [m/s].
         travels: ways between strokes, on which no ink is commanded, in the order of the path.
+        layers: (L, 2) intervals of arc length in which the layers are laid [m]; empty = one.
+        filament: cross-section of the commanded filament over its width squared; a round one as
+            wide as the bead is meant by default.
+        surface: shape of the bed.
         dwell_before: time from the job's start until the nozzle moves along the path [s]; in its
             second half the nozzle is lowered.
         dwell_after: time from the path's end to the job's end [s]; in its first half the nozzle
@@ -62,6 +67,9 @@ class PrintJob:
     faults: Array = field(default_factory=lambda: np.empty((0, 2)))
     speed: float = 3e-3
     travels: tuple[Travel, ...] = ()
+    layers: Array = field(default_factory=lambda: np.empty((0, 2)))
+    filament: float = np.pi / 4
+    surface: Surface = field(default_factory=Plane)
     dwell_before: float = 1.0
     dwell_after: float = 1.0
     tip_height: float = 1e-3
@@ -108,7 +116,8 @@ class PrintJob:
         height = self.tip_height + self.lift * self._lifted(np.asarray(t))
         if self.travels:
             height += self._motion.height(np.asarray(t) - self.dwell_before)
-        return transform(self.T_base_surface, np.concatenate((planar, height[..., None]), -1))
+        points = self.surface.points(planar.reshape(-1, 2), height.ravel())
+        return transform(self.T_base_surface, points.reshape(*s.shape, 3))
 
     def flange_pose(self, t: Times) -> Array:
         """Return T_base_flange (..., 4, 4) at times t (...)."""
@@ -131,7 +140,7 @@ class PrintJob:
         """Return the commanded volume of ink per time (...) at times t (...) [m^3/s].
 
         Along strokes it follows from the mass balance of a filament of the commanded width:
-        (pi / 4) width^2 speed. It is below 0 in a retraction.
+        filament width^2 speed. It is below 0 in a retraction.
         """
         t = np.asarray(t)
         s = self.laid(t)
@@ -142,7 +151,7 @@ class PrintJob:
             laying &= self._motion.on_stroke(since)
             retracting = self._motion.pushing(since) * PLUNGER_AREA_M2
         width = self.commanded.profile(s)
-        return np.where(laying, np.pi / 4 * width**2 * self.speed, retracting)
+        return np.where(laying, self.filament * width**2 * self.speed, retracting)
 
     def plunger_velocity(self, t: Times) -> Array:
         """Return the velocity (...) of the syringe's plunger at times t (...) [m/s]."""
@@ -176,8 +185,18 @@ class PrintJob:
         """Return what stands before the camera at time t [s]."""
         T_flange_tip = np.eye(4)
         T_flange_tip[:3, 3] = self.nozzle_offset
-        return Scene(replace(self.deposit, laid=float(self.laid(t))), self.T_base_surface,
-                     self.flange_pose(t) @ T_flange_tip, self.nozzle)
+        first, *above = self.laid_layers(t)
+        return Scene(first, self.T_base_surface, self.flange_pose(t) @ T_flange_tip, self.nozzle,
+                     self.surface, tuple(above))
+
+    def laid_layers(self, t: float) -> list[Deposit]:
+        """Return the ink of each layer at time t [s], as far as it is begun; the first always."""
+        laid = float(self.laid(t))
+        deposit = replace(self.deposit, laid=laid)
+        if not len(self.layers):
+            return [deposit]
+        return [deposit.within(start, end) for number, (start, end) in enumerate(
+            self.layers.tolist()) if start < laid or number == 0]
 
     @cached_property
     def _motion(self) -> Motion:
@@ -188,7 +207,7 @@ class PrintJob:
         """Arc lengths (K,), and how far the plunger would move up to there without gaps [m]."""
         nodes = self.commanded.curve.uniform(PLUNGER_NODES)
         squared = self.commanded.profile((nodes[1:] + nodes[:-1]) / 2)**2
-        moved = np.cumsum(squared * np.diff(nodes)) / SYRINGE_BORE_M**2
+        moved = np.cumsum(squared * np.diff(nodes)) * self.filament / PLUNGER_AREA_M2
         return nodes, np.concatenate(([0.0], moved))
 
     def _lifted(self, t: Array) -> Array:

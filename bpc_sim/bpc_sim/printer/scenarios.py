@@ -6,7 +6,7 @@ looks down at the bed from 25 degrees off its normal, as far away as a Zivid 2 M
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,9 +25,11 @@ from bpc_sim.ink.curves import (
     ring as ring_curve,
 )
 from bpc_sim.ink.deposit import constant_width, Deposit, knot_width, WidthProfile
+from bpc_sim.printer.layers import Strands
 from bpc_sim.printer.motion import Travel
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.scene.camera import look_at, View, zivid_m70
+from bpc_sim.scene.surfaces import Cylinder, Plane, Surface
 
 PRINT_SPEED_M_PER_S = 3e-3  # the paper's
 POSE_RATE_HZ = 100.0  # as the LBR stack's controller manager
@@ -115,14 +117,31 @@ def purge(speed: float = PRINT_SPEED_M_PER_S, away: float = 0.15) -> PrintJob:
     return stroke_job(lines, speed, Travel(0, 0, speed=0.1))
 
 
-def pauses(speed: float = PRINT_SPEED_M_PER_S, pause: float = 20.0) -> PrintJob:
-    """Return a wall of ten strokes of 30 mm on top of each other, with a pause before each next.
+def stack(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return three lines of 30 mm, 6 mm apart, and two layers more on top of them."""
+    lines = parallel_lines(3, 6e-3, 0.03)
+    return layer_job([lines, lines, lines], speed, width=2e-3, layer_height=0.5e-3)
 
-    The ink is drawn as if all lay on the bed.
-    """
-    lines = np.repeat(parallel_lines(1, 0.0, 0.03), 10, axis=0)
-    lines[1::2] = lines[1::2, ::-1]
-    return stroke_job(lines, speed, Travel(0, 0, 0.02, pause=pause, rise=0.4e-3))
+
+def wall(speed: float = PRINT_SPEED_M_PER_S, pause: float = 20.0) -> PrintJob:
+    """Return a wall of ten strokes of 30 mm on top of each other, with pauses between."""
+    there = parallel_lines(1, 0.0, 0.03)
+    return layer_job([there, there[:, ::-1]] * 5, speed, width=2e-3, layer_height=0.4e-3,
+                     travel=Travel(0, 0, 0.02, pause=pause))
+
+
+def lattice(speed: float = PRINT_SPEED_M_PER_S, layers: int = 4,
+            surface: Surface | None = None) -> PrintJob:
+    """Return a lattice of strands of 1.3 mm, 4 mm apart, that cross from layer to layer."""
+    along = parallel_lines(5, 4e-3, 0.021)
+    across = along[..., ::-1]
+    return layer_job([along, across] * (layers // 2), speed, width=1.3e-3, layer_height=0.35e-3,
+                     sag=0.1e-3, surface=surface)
+
+
+def lattice_curved(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return the lattice on a cylinder of 60 mm radius."""
+    return lattice(speed, surface=Cylinder(0.06))
 
 
 def parallel_lines(count: int, pitch: float, length: float) -> Array:
@@ -151,6 +170,30 @@ def stroke_job(lines: Array, speed: float, travel: Travel, width: float = 2e-3) 
         replace(travel, start=start, end=end) for start, end in ways.tolist()))
 
 
+def layer_job(layers: Sequence[Array], speed: float, width: float, layer_height: float,
+              sag: float = 0.0, travel: Travel | None = None,
+              surface: Surface | None = None) -> PrintJob:
+    """Return a job that lays straight strokes in layers.
+
+    Args:
+        layers: (S, 2, 2) start and end of the strokes of each [m].
+        speed: along them [m/s].
+        width: of the ink [m].
+        layer_height: from one layer to the next [m].
+        sag: how far ink hangs down between two strokes below [m].
+        travel: how the nozzle goes from one to the next.
+        surface: shape of the bed; None = a plane.
+    """
+    number = np.repeat(np.arange(len(layers)), [len(lines) for lines in layers])
+    strands = Strands(np.concatenate(layers), number, layer_height, sag)
+    job = stroke_job(strands.lines, speed, travel or Travel(0, 0), width)
+    rising = tuple(replace(each, rise=rise) for each, rise in zip(
+        job.travels, strands.rises.tolist(), strict=True))
+    ink = replace(job.commanded, base=strands.feet())
+    return replace(job, commanded=ink, travels=rising, layers=strands.layer_arcs,
+                   filament=2 / 3 * ink.height_ratio, surface=surface or Plane())
+
+
 def _distinct(points: Array) -> NDArray[np.bool_]:
     """Return which points (N, 2) differ from the one before."""
     return np.concatenate(([True], (np.diff(points, axis=0) != 0).any(axis=1)))
@@ -166,7 +209,10 @@ SCENARIOS: dict[str, Callable[[float], PrintJob]] = {
     'strokes': strokes,
     'dense': dense,
     'purge': purge,
-    'pauses': pauses,
+    'stack': stack,
+    'wall': wall,
+    'lattice': lattice,
+    'lattice_curved': lattice_curved,
 }
 
 

@@ -2,11 +2,12 @@
 
 Rays meet the bed and the bead's parabolic cross-section in closed form: in the frame of the
 path's tangent and normal a ray is a straight line, and the bead below it a parabola. On a curved
-bed a ray is straight enough over the height of a bead.
+bed a ray is straight enough over the height of a bead. Of several beads the first on a ray counts.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,8 @@ class InkHits:
         height: height above the bed there [m]; 0 without ink.
         slope: slope of the bead across the path; 0 on its ridge.
         heading: angle of the path's tangent [rad].
-        margin: about the distance from the rim [m], negative inside.
+        margin: about the distance from the rim [m], negative inside; of several beads it is the
+            rim that is met, or else the nearest.
     """
 
     hit: NDArray[np.bool_]
@@ -47,7 +49,7 @@ class RayHits:
         directions: (N, M, 3) rays in the optical frame, of depth z = 1.
         in_surface: (N, M, 3) the same rays in the surface frame.
         bed: where they would meet the bare bed.
-        footprint: where they meet the ink, in the path's frame at the place on the bare bed.
+        rim: (N, M) about the distance at which they pass the nearest rim of a bead [m].
         ink: where they meet the ink, in the path's frame at the hit itself.
         nozzle_depth: (N, M) depth at which they meet the nozzle [m]; NaN where they miss it.
     """
@@ -55,7 +57,7 @@ class RayHits:
     directions: Array
     in_surface: Array
     bed: SurfaceHits
-    footprint: InkHits
+    rim: Array
     ink: InkHits
     nozzle_depth: Array
 
@@ -79,16 +81,20 @@ class RayTracer:
     def trace(self, directions: Array) -> RayHits:
         """Find what rays meet: directions (N, M, 3) in the optical frame, of depth z = 1."""
         in_surface = self._to_surface(directions)
-        level = np.zeros(directions.shape[:2])
-        bed = self.scene.surface.intersect(self.eye, in_surface, level)
-        footprint = self._intersect_ink(in_surface, level)
-        return RayHits(directions, in_surface, bed, footprint, self._refine(in_surface, footprint),
+        bed = self.scene.surface.intersect(self.eye, in_surface, np.zeros(directions.shape[:2]))
+        footprints = [self._intersect_ink(deposit, in_surface, deposit.level)
+                      for deposit in self.scene.deposits]
+        refined = [self._refine(deposit, in_surface, footprint)
+                   for deposit, footprint in zip(self.scene.deposits, footprints, strict=True)]
+        rim = np.abs([footprint.margin for footprint in footprints]).min(axis=0)
+        return RayHits(directions, in_surface, bed, rim, first_on_ray(refined),
                        self.nozzle_depth(directions))
 
     def meets_ink(self, directions: Array) -> NDArray[np.bool_]:
         """Tell whether rays (N, M, 3) of the optical frame meet the bead (N, M)."""
-        return self._intersect_ink(self._to_surface(directions),
-                                   np.zeros(directions.shape[:2])).hit
+        in_surface = self._to_surface(directions)
+        return first_on_ray([self._intersect_ink(deposit, in_surface, deposit.level)
+                             for deposit in self.scene.deposits]).hit
 
     def nozzle_depth(self, directions: Array) -> Array:
         """Return the depth (N, M) [m] at which rays (N, M, 3) meet the nozzle; NaN if not.
@@ -104,16 +110,17 @@ class RayTracer:
         in_surface: Array = directions @ self.T_surface_camera[:3, :3].T
         return in_surface
 
-    def _intersect_ink(self, in_surface: Array, at_height: Array) -> InkHits:
-        return intersect_ink(self.scene.deposit, self.scene.surface, self.eye, in_surface,
-                             at_height)
+    def _intersect_ink(self, deposit: Deposit, in_surface: Array,
+                       at_height: Array | float) -> InkHits:
+        return intersect_ink(deposit, self.scene.surface, self.eye, in_surface,
+                             np.broadcast_to(at_height, in_surface.shape[:2]))
 
-    def _refine(self, in_surface: Array, hits: InkHits) -> InkHits:
+    def _refine(self, deposit: Deposit, in_surface: Array, hits: InkHits) -> InkHits:
         """Find the hits of rays (N, M, 3) again, each in the path's frame at the hit itself."""
         chosen = np.flatnonzero(hits.hit.any(axis=1))
         if not len(chosen):
             return hits
-        better = self._intersect_ink(in_surface[chosen], hits.height[chosen])
+        better = self._intersect_ink(deposit, in_surface[chosen], hits.height[chosen])
         # Outside a sharp corner no part of the path has a foot.
         found = np.isfinite(better.heading)
         refined = {}
@@ -141,26 +148,42 @@ def intersect_ink(deposit: Deposit, surface: Surface, eye: Array, directions: Ar
     cos, sin = np.cos(location.heading), np.sin(location.heading)
     along = cos * there.lean[..., 0] + sin * there.lean[..., 1]
     across = cos * there.lean[..., 1] - sin * there.lean[..., 0]
-    s = location.s - along * at_height
-    offset = location.offset - across * at_height
+    base = deposit.base(location.s)
+    s = location.s - along * (at_height - base)  # at the height of the foot
+    offset = location.offset - across * (at_height - base)
 
     width = deposit.profile(location.s)
     steep = 4 * deposit.height_ratio / width
-    height = _parabola_height(deposit.height_ratio * width, steep, offset, across)
-    on_bead = height > 0
-    on_top = on_bead & deposit.inked(s + along * height)
+    above = _parabola_height(deposit.height_ratio * width, steep, offset, across)
+    on_bead = above > 0
+    on_top = on_bead & deposit.inked(s + along * above)
     # A ray that passes the flat end above, but ends on ink, meets the wall at that end.
     on_wall = on_bead & ~on_top & deposit.inked(s)
-    height = np.where(on_wall, _wall_height(deposit, s, along, height), height)
+    above = np.where(on_wall, _wall_height(deposit, s, along, above), above)
     hit = on_top | on_wall
-    height = np.where(hit, height, 0.0)
-    slope = np.where(hit, -2 * steep * (offset + across * height), 0.0)
+    height = np.where(hit, base + above, 0.0)
+    slope = np.where(hit, -2 * steep * (offset + across * above), 0.0)
     margin = np.where(np.isfinite(location.margin), location.margin, np.inf)
     return InkHits(hit, height, slope, location.heading, margin)
 
 
+def first_on_ray(beads: Sequence[InkHits]) -> InkHits:
+    """Return what rays meet first of several beads; all of them go down."""
+    if len(beads) == 1:
+        return beads[0]
+    hit, height, margin = (np.stack([getattr(bead, name) for bead in beads])
+                           for name in ('hit', 'height', 'margin'))
+    first = np.where(hit.any(axis=0), np.argmax(np.where(hit, height, -np.inf), axis=0),
+                     np.argmin(np.abs(margin), axis=0))
+    return InkHits(*(np.take_along_axis(np.stack([getattr(bead, name) for bead in beads]),
+                                        first[None], axis=0)[0]
+                     for name in ('hit', 'height', 'slope', 'heading', 'margin')))
+
+
 def _parabola_height(top: Array, steep: Array, offset: Array, across: Array) -> Array:
-    """Return the height (N, M) [m] at which rays meet h = top - steep (offset + across h)^2.
+    """Return the height (N, M) [m] above the foot at which rays meet the bead.
+
+    It is that of h = top - steep (offset + across h)^2.
 
     Of two solutions it is the first from above. Not positive, or NaN, where a ray misses.
     """
@@ -173,7 +196,7 @@ def _parabola_height(top: Array, steep: Array, offset: Array, across: Array) -> 
 
 
 def _wall_height(deposit: Deposit, s: Array, along: Array, highest: Array) -> Array:
-    """Return the height (N, M) [m] at which rays leave a run of ink over its end."""
+    """Return the height (N, M) [m] above the foot at which rays leave a run over its end."""
     if not len(deposit.runs):
         return np.zeros(s.shape)
     starts, ends = deposit.runs.T

@@ -87,12 +87,12 @@ def _pixel_size(hits: RayHits, camera: PinholeCamera) -> Array:
 
 def _find_edges(tracer: RayTracer, hits: RayHits) -> NDArray[np.bool_]:
     """Return which pixels (N,) an edge of the bead or of the nozzle may cross."""
-    deposit, camera = tracer.scene.deposit, tracer.view.camera
-    # A bead that leans away hides a little of the bed behind it.
-    hidden = deposit.height_ratio * deposit.max_width * np.linalg.norm(
-        hits.bed.lean[:, 0], axis=1)
-    reach = EDGE_REACH_PX * _pixel_size(hits, camera) + hidden
-    edges: NDArray[np.bool_] = np.abs(hits.footprint.margin[:, 0]) < reach
+    camera = tracer.view.camera
+    # A bead that leans away hides a little of what is behind it.
+    highest = max(deposit.height_ratio * deposit.max_width for deposit in tracer.scene.deposits)
+    reach = (EDGE_REACH_PX * _pixel_size(hits, camera)
+             + highest * np.linalg.norm(hits.bed.lean[:, 0], axis=1))
+    edges: NDArray[np.bool_] = hits.rim[:, 0] < reach
     nozzle = np.isfinite(hits.nozzle_depth).reshape(camera.height, camera.width)
     return edges | _outline(nozzle).ravel()
 

@@ -64,6 +64,7 @@ class Scene:
             without a nozzle.
         nozzle: shape of the nozzle.
         surface: shape of the bed.
+        above: further ink that lies on it, or crosses it.
     """
 
     deposit: Deposit
@@ -71,6 +72,12 @@ class Scene:
     T_base_tip: Array | None = None
     nozzle: Nozzle = field(default_factory=Nozzle)
     surface: Surface = field(default_factory=Plane)
+    above: tuple[Deposit, ...] = ()
+
+    @property
+    def deposits(self) -> tuple[Deposit, ...]:
+        """All ink."""
+        return self.deposit, *self.above
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,10 @@ from bpc_sim.printer.scenarios import (
     dense,
     line,
     parallel_lines,
-    pauses,
     purge,
     stroke_job,
     strokes,
+    wall,
 )
 
 pytestmark = [pytest.mark.accuracy]
@@ -234,7 +234,7 @@ def test_strokes_that_cross_are_a_junction_and_travel_across_takes_nothing() -> 
 
 
 def test_a_wall_with_pauses_is_one_print_with_one_stroke_each() -> None:
-    job = pauses(SPEED_M_PER_S, pause=20.0)
+    job = wall(SPEED_M_PER_S, pause=20.0)
     path = path_of(job, auto=True)
     assert path.start_ns == pytest.approx(START_NS + job.dwell_before * 1e9, abs=3e7)
     assert path.extruding.any()
