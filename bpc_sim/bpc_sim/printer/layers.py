@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Index
 from bpc_sim.ink.deposit import WidthProfile
 
 STEP_M = 1e-4  # between the places of a strand at which its foot is tabulated
@@ -29,7 +29,7 @@ class Strands:
     """
 
     lines: Array
-    layer: Array
+    layer: Index
     layer_height: float
     sag: float = 0.0
 
