@@ -12,7 +12,7 @@ from bpc_perception.core.advice.delivery_filter import (
     lagged,
     LAGS_S,
 )
-from bpc_perception.core.arrays import Array, Flags
+from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.path.deposition_path import DepositionPath
 
 # After each start but the first, ink is on its way for this long, known only roughly,
@@ -21,7 +21,9 @@ START_S = DEAD_TIME_S + 2 * DEAD_TIME_SIGMA_S
 LEAVING_S = 0.15
 LONGEST_STEP_S = 0.05  # between two points; if it takes longer, the nozzle stands
 HOLE = 2.5  # steps between path points longer than usual by this factor: poses are missing
-REACH = 3  # path points to either side over which speed and volume per length are taken
+# Path points, and time, to either side over which speed and volume per length are taken: a pose
+# may be off, or late, by a few hundredths of a second.
+REACH, REACH_S = 3, 0.18
 # What may stand for the command, the better first.
 RATES = ('flow_rate', 'plunger_velocity')
 
@@ -61,12 +63,14 @@ def recorded_rate(path: DepositionPath) -> str:
 def commanded_rates(path: DepositionPath, name: str) -> Array:
     """Return the rate (N,) commanded: a recorded one by its name, or else 1 where ink flows.
 
-    It is 0 where no ink was to be pushed out, and NaN where the extruder's state is unknown.
+    It is 0 where no ink was to be pushed out, and NaN where the extruder's state is unknown, or
+    contradicts itself: it pushes, at no rate.
     """
     if not name:
         return path.extruding.astype(float)
     rate = getattr(path, name)
-    return np.where(path.extruding, np.maximum(rate, 0.0), np.where(np.isnan(rate), np.nan, 0))
+    return np.where(path.extruding, np.where(rate > 0, rate, np.nan),
+                    np.where(np.isnan(rate), np.nan, 0))
 
 
 def held_rates(rate: Array) -> Array:
@@ -117,11 +121,11 @@ def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array,
     since = _since_restart(moved, pushing)
     stands = until - path.time[-1] > max(LONGEST_STEP_S, 3 * elapsed[-REACH:].max())
     left = _until_stop(moved, pushing, stands)
-    laying = _all_around(pushing) & (volume > 0) & np.isfinite(volume)
+    laying = _all_around(path, pushing) & (volume > 0) & np.isfinite(volume)
     return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived,
                 _without_pauses(path.arc_length, rate), laying,
-                _all_around(_way_known(path.arc_length)) & (np.minimum(since, left) > LEAVING_S),
-                since > START_S)
+                _all_around(path, _way_known(path.arc_length))
+                & (np.minimum(since, left) > LEAVING_S), since > START_S)
 
 
 def per_length(path: DepositionPath, amount: Array, length: Array | None = None) -> Array:
@@ -130,22 +134,29 @@ def per_length(path: DepositionPath, amount: Array, length: Array | None = None)
     ``length`` (N,) is the arc length unless another is given.
     """
     length = path.arc_length if length is None else length
-    index = np.arange(len(path))
-    after, before = np.minimum(index + REACH, len(path) - 1), np.maximum(index - REACH, 0)
+    before, after = _around(path, REACH)
     span = length[after] - length[before]
     with np.errstate(divide='ignore', invalid='ignore'):
         return np.asarray(((amount[after] - amount[before]).T / span).T)
 
 
-def _all_around(true: Flags) -> Flags:
+def _around(path: DepositionPath, reach: int) -> tuple[Index, Index]:
+    """Return first and last point (N,) around each, so many points or ``REACH_S`` away."""
+    index, time = np.arange(len(path)), path.time
+    before = np.searchsorted(time, time - REACH_S)
+    after = np.searchsorted(time, time + REACH_S, side='right') - 1
+    return (np.minimum(before, np.maximum(index - reach, 0)),
+            np.maximum(after, np.minimum(index + reach, len(path) - 1)))
+
+
+def _all_around(path: DepositionPath, true: Flags) -> Flags:
     """Return where (N,) something is true of all points around, such as that ink is pushed out.
 
     That is farther than ``REACH``: the robot may leave before the extruder's last state is over.
     """
-    count = len(true)
-    each, others = np.arange(count), np.cumsum(np.concatenate(([False], ~true)))
-    return np.asarray(others[np.minimum(each + 2 * REACH + 1, count)]
-                      == others[np.maximum(each - 2 * REACH, 0)])
+    first, last = _around(path, 2 * REACH)
+    others = np.cumsum(np.concatenate(([False], ~true)))
+    return np.asarray(others[last + 1] == others[first])
 
 
 def _way_known(arc: Array) -> Flags:

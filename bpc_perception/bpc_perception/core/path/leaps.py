@@ -8,8 +8,11 @@ and back.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
+from collections.abc import Sequence
 import math
+from operator import attrgetter
 from typing import NamedTuple
 
 from bpc_perception.core.arrays import Array
@@ -20,8 +23,12 @@ FASTER = 4.0
 STAMP_JITTER_S = 0.02
 JITTER_M, REPEATED_JITTER_M = 0.0005, 0.0002
 PATIENCE_S = 0.1  # with a doubtful pose that is given again, more than the usual time
+TREMBLE_M = 2e-5  # of poses of one moment
 REPEATED_M = 1e-6  # a robot that stands trembles by more
 LEAPS_KEPT = 100
+# Where so many and so large a share of the poses within a time are bad, none is believed, nor for
+# a while after.
+LEAST_BAD, BAD_SHARE, TRUST_S, CALM_S = 5, 0.04, 2.0, 1.5
 LEAPT = ('pose: expected a tip that moves on evenly, found that it leapt, as when a driver '
          'repeats its last pose, a clock is set or a pose is wrong; the way it went is not '
          'known')
@@ -34,11 +41,13 @@ class Step(NamedTuple):
         stamp_ns: of the pose [ns].
         tip: (3,) position of the nozzle tip [m].
         leap: whether the way from the pose before is not known.
+        wrong: whether the nozzle was not there.
     """
 
     stamp_ns: int
     tip: Array
-    leap: bool
+    leap: bool = False
+    wrong: bool = False
 
 
 class _Pose(NamedTuple):
@@ -78,16 +87,17 @@ class LeapFinder:
             self._doubtful.append(pose)
             return []
         doubtful, self._doubtful = self._doubtful, []
-        if not self._is_leap(pose, 0.0):
-            # Back where it would be without the doubtful pose: that one was wrong.
+        back = math.dist(first.tip, pose.tip)
+        if not self._is_leap(pose, 0.0) and back > self._usual(pose.since(first.stamp_ns), 0.0):
+            # A step out and one back to where it would be without it: that pose was wrong.
             self._go_to(pose)
-            return [Step(*pose, True)]
-        after = math.dist(first.tip, pose.tip) / pose.since(first.stamp_ns)
+            return [*(Step(*each, wrong=True) for each in doubtful), Step(*pose)]
+        after = back / pose.since(first.stamp_ns)
         leap = self._is_leap(first, after)
         # A leap says nothing of how fast the nozzle went.
         self._go_to(first, after if leap else None)
         self._heard_ns = doubtful[-1].stamp_ns
-        return [Step(*first, leap), *(Step(*again, False) for again in doubtful[1:]),
+        return [Step(*first, leap), *(Step(*again) for again in doubtful[1:]),
                 *self._judge(pose)]
 
     def _judge(self, pose: _Pose) -> list[Step]:
@@ -98,7 +108,7 @@ class LeapFinder:
             return []
         else:
             self._go_to(pose)
-        return [Step(*pose, False)]
+        return [Step(*pose)]
 
     def _go_to(self, pose: _Pose, speed: float | None = None) -> None:
         """Take a pose as the last one, to which the nozzle went at a speed; None = find it."""
@@ -113,11 +123,15 @@ class LeapFinder:
         """Return whether the step to a pose is a leap, with a speed after it [m/s]."""
         if self._last is None:
             return False
+        return math.dist(self._last.tip, pose.tip) > self._usual(
+            self._duration(pose, self._last), after)
+
+    def _usual(self, duration: float, after: float) -> float:
+        """Return how far the nozzle goes in a time [s] at most, with a speed after it [m/s]."""
+        assert self._last is not None
         repeated = self._heard_ns > self._last.stamp_ns
-        usual = (max(self._speed, after)
-                 * (FASTER * self._duration(pose, self._last) + STAMP_JITTER_S)
-                 + (REPEATED_JITTER_M if repeated else JITTER_M))
-        return math.dist(self._last.tip, pose.tip) > usual
+        return (max(self._speed, after) * (FASTER * duration + STAMP_JITTER_S)
+                + (REPEATED_JITTER_M if repeated else JITTER_M))
 
     def _duration(self, pose: _Pose, last: _Pose) -> float:
         """Return how long the nozzle went from the last pose to this one [s], as far as known.
@@ -128,10 +142,35 @@ class LeapFinder:
         return max(pose.since(self._heard_ns), min(pose.since(last.stamp_ns), self._period))
 
 
+class Trust:
+    """Whether the source of poses is believed.
+
+    It is not while too many of them are wrong or leap: it seems that several publish, or one that
+    mixes old poses with new ones. Then those that fit by chance are wrong as well.
+    """
+
+    def __init__(self) -> None:
+        self._poses: deque[int] = deque()
+        self._bad: deque[int] = deque()
+        self._distrusted_until = 0
+
+    def add(self, stamp_ns: int, bad: bool) -> bool:
+        """Add a pose by its stamp [ns]; return whether it is believed if it seems good itself."""
+        for stamps in (self._poses, self._bad) if bad else (self._poses,):
+            stamps.append(stamp_ns)
+        for stamps in (self._poses, self._bad):
+            while stamps and stamp_ns - stamps[0] > TRUST_S * 1e9:
+                stamps.popleft()
+        many = max(LEAST_BAD, BAD_SHARE * len(self._poses))
+        if bad and len(self._bad) >= many:
+            self._distrusted_until = stamp_ns + round(CALM_S * 1e9)
+        return stamp_ns >= self._distrusted_until
+
+
 class Whereabouts:
     """When it was known where a frame is, of which poses come one after the other.
 
-    It was not on a leap, nor while the pose before it was repeated.
+    It was not on a leap, nor while the pose before it was repeated, nor around a wrong pose.
 
     Attributes:
         certain_ns: stamp up to which that is told [ns]; 0 = no pose came.
@@ -142,13 +181,17 @@ class Whereabouts:
         self._finder = LeapFinder()
         self._place: Array | None = None
         self._since_ns = 0  # when it came to that place
+        self._wrong = False  # whether the last pose was
         self._unknown: deque[tuple[int, int]] = deque(maxlen=LEAPS_KEPT)
 
     def add(self, stamp_ns: int, place: Array) -> None:
         """Add a position (3,) [m] at a later time [ns]."""
         for step in self._finder.add(stamp_ns, place):
-            if step.leap:
+            if step.leap or self._wrong:
                 self._unknown.append((self._since_ns, step.stamp_ns))
+            self._wrong = step.wrong
+            if step.wrong:
+                continue
             if self._place is None or math.dist(self._place, step.tip) > REPEATED_M:
                 self._place, self._since_ns = step.tip, step.stamp_ns
             self.certain_ns = step.stamp_ns
@@ -156,3 +199,21 @@ class Whereabouts:
     def known_at(self, stamp_ns: int) -> bool:
         """Return whether no leap is known over a time [ns]."""
         return not any(start < stamp_ns < end for start, end in self._unknown)
+
+
+def contradicts(steps: Sequence[Step], stamp_ns: int, tip: Array) -> bool:
+    """Return whether a late pose was not on the way that is known, as when a clock was set back.
+
+    Args:
+        steps: of the poses before, in order.
+        stamp_ns: of the late pose, not later than the last of them [ns].
+        tip: (3,) its position [m].
+    """
+    after = bisect_left(steps, stamp_ns, key=attrgetter('stamp_ns'))
+    if not 0 < after < len(steps):
+        return False
+    start, end = steps[after - 1], steps[after]
+    lasting = end.stamp_ns - start.stamp_ns
+    there = start.tip + (stamp_ns - start.stamp_ns) / lasting * (end.tip - start.tip)
+    speed = math.dist(start.tip, end.tip) / (lasting * 1e-9)
+    return math.dist(tip, there) > speed * STAMP_JITTER_S + TREMBLE_M

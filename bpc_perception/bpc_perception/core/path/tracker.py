@@ -12,7 +12,7 @@ from bpc_perception.core.path.assembler import PathAssembler
 from bpc_perception.core.path.continuation import goes_on
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
-from bpc_perception.core.path.leaps import LeapFinder, Step
+from bpc_perception.core.path.leaps import contradicts, LeapFinder, Step, Trust
 from bpc_perception.core.path.print_id import print_id_of
 from bpc_perception.core.robot.poses import JITTER_M
 
@@ -31,7 +31,7 @@ class PrintTracker:
     not with the messages that happened to have arrived.
 
     Attributes:
-        leaps: how many poses were such that the way to them is not known, see ``leaps``.
+        leaps: how many poses were wrong, or such that the way to them is not known, see ``leaps``.
     """
 
     HISTORY_S = 5.0
@@ -39,7 +39,8 @@ class PrintTracker:
     def __init__(self, config: PathConfig) -> None:
         self._config = config
         self._poses: deque[Step] = deque()
-        self._finder = LeapFinder()
+        self._finder, self._trust = LeapFinder(), Trust()
+        self._lost_way = False  # since the last pose that was taken
         self.leaps = 0
         self._newest: tuple[int, Array] | None = None  # stamp and position of the tip
         self._states: deque[ExtruderSample] = deque()
@@ -62,6 +63,7 @@ class PrintTracker:
         if self._newest is not None:
             last_ns, last = self._newest
             if stamp_ns <= last_ns:
+                self._lost_way |= contradicts(self._poses, stamp_ns, tip)
                 return False
             reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER_M
             if math.dist(tip, last) > reach:
@@ -76,13 +78,18 @@ class PrintTracker:
 
     def _take(self, step: Step) -> None:
         """Take a pose whose step is certain."""
-        self.leaps += step.leap
+        believed = self._trust.add(step.stamp_ns, step.leap or step.wrong)
+        step = step._replace(leap=step.leap or self._lost_way)
+        self.leaps += step.leap or step.wrong
+        self._lost_way = (step.wrong and self._lost_way) or not believed
+        if step.wrong or not believed:
+            return
         self._poses.append(step)
         while step.stamp_ns - self._poses[0].stamp_ns > self.HISTORY_S * 1e9:
             self._poses.popleft()
         # A state that arrives early starts a print before poses from before its start arrive.
         if self._print is not None and step.stamp_ns >= self._print.start_ns:
-            self._print.add_pose(*step)
+            self._print.add_pose(step.stamp_ns, step.tip, step.leap)
 
     def add_extruder(self, sample: ExtruderSample) -> bool:
         """Add a state of the extruder; return False unless it is later than the last."""
@@ -151,7 +158,7 @@ class PrintTracker:
             self._print.add_extruder(sample)
         for step in self._poses:
             if step.stamp_ns >= stamp_ns:
-                self._print.add_pose(*step)
+                self._print.add_pose(step.stamp_ns, step.tip, step.leap)
         self._running = self._may_go_on = True
         self._undecided_ns, self._flows_on = None, False
         self._last_extruding_ns = max(self._last_extruding_ns, stamp_ns)
@@ -205,7 +212,8 @@ class PrintTracker:
     def clear(self) -> None:
         """Forget the print and all history, as is needed when the clock jumps back."""
         self._poses.clear()
-        self._newest, self._finder = None, LeapFinder()
+        self._newest, self._finder, self._trust = None, LeapFinder(), Trust()
+        self._lost_way = False
         self._states.clear()
         self._print = None
         self._running = self._may_go_on = self._flows_on = False

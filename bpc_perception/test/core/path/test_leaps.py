@@ -88,8 +88,42 @@ def test_a_single_pose_that_is_wrong_is_no_place_where_the_nozzle_was(speed: flo
     wrong = x.copy()
     wrong[100] += off
     found = steps(times, wrong)
-    np.testing.assert_array_equal([step.tip[0] for step in found], np.delete(x, 100)[:len(found)])
-    assert [step.stamp_ns for step in found if step.leap] == [at_ns(times[101])]
+    assert [step.stamp_ns for step in found if step.wrong] == [at_ns(times[100])]
+    assert not any(step.leap for step in found)
+
+
+@pytest.mark.parametrize('back', [0.05, 0.2])
+@pytest.mark.parametrize('speed', [0.003, 0.01])
+def test_a_clock_that_is_set_back_a_little_is_known_by_its_late_poses(speed: float,
+                                                                      back: float) -> None:
+    tracker = PrintTracker(PathConfig())
+    for time in np.arange(0, 4, PERIOD_S):
+        tracker.add_pose(at_ns(time - back * (time > 2)), np.array((speed * time, 0.0, 0.0)))
+    assert tracker.leaps == 1
+
+
+def test_poses_that_come_in_another_order_are_late_and_no_more() -> None:
+    tracker, rng = PrintTracker(PathConfig()), np.random.default_rng(0)
+    times = np.arange(0, 4, PERIOD_S)
+    for time in times[np.argsort(times + rng.uniform(0, 0.05, len(times)))]:
+        tracker.add_pose(at_ns(time), np.array((SPEED * time, 0.0, 0.0)))
+    assert tracker.leaps == 0
+
+
+def test_where_many_poses_are_wrong_none_is_believed() -> None:
+    """As of a source that mixes old poses with new ones, some of which fit by chance."""
+    tracker, rng = PrintTracker(PathConfig()), np.random.default_rng(0)
+    for sample in states_until(6.0, 0.02):
+        tracker.add_extruder(sample)
+    for time in np.arange(0, 6, PERIOD_S):
+        old = rng.uniform(0, 1) if 2 < time < 4 and rng.random() < 0.2 else 0.0
+        tracker.add_pose(at_ns(time), np.array((SPEED * (time - old), 0.0, 0.0)))
+    path = tracker.path()
+    assert path is not None
+    assert not ((path.time > 2.8) & (path.time < 5)).any()
+    again = path.time > 5
+    np.testing.assert_allclose(path.points[again, 0], SPEED * path.time[again], atol=0.1 * MM)
+    assert again.sum() > 10
 
 
 @pytest.mark.parametrize('smoothing_time', [0, 0.1])

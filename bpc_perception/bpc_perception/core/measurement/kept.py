@@ -1,0 +1,62 @@
+"""What was found of each sample: it stays when ink of a layer above covers it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.measurement.samples import Samples, unseen
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.profile import Status
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The best that was found of N samples of a print.
+
+    Attributes:
+        print_id: of the print.
+        time: (N,) of their path points, increasing [s].
+        samples: what was found.
+        looks: (N,) in how many captures it was.
+    """
+
+    print_id: str
+    time: Array
+    samples: Samples
+    looks: Index
+
+    @classmethod
+    def of(cls, path: DepositionPath, samples: Samples, looks: Index | None = None) -> Kept:
+        """Return what was found at the points of a path."""
+        return cls(path.print_id, path.time, samples,
+                   answered(samples).astype(np.intp) if looks is None else looks)
+
+    def at(self, path: DepositionPath) -> Kept:
+        """Return what is kept for the points of a path; nothing, of points that are new."""
+        found = np.minimum(np.searchsorted(self.time, path.time), max(len(self.time) - 1, 0))
+        same = np.zeros(len(path), bool)
+        if len(self.time) and self.print_id == path.print_id:
+            same = self.time[found] == path.time
+        index = np.flatnonzero(same)
+        samples = unseen(len(path)).with_part(index, self.samples.of(found[index]))
+        looks = np.zeros(len(path), np.intp)
+        looks[index] = self.looks[found[index]]
+        return Kept(path.print_id, path.time, samples, looks)
+
+    def with_better(self, index: Index, new: Samples) -> Kept:
+        """Return it with what a capture shows at an index (K,), where that is better known."""
+        old = self.samples.of(index)
+        with np.errstate(invalid='ignore'):
+            better = ~answered(old) | (answered(new) & ~(new.sigma > old.sigma))
+        looks = self.looks.copy()
+        looks[index] += answered(new)
+        return replace(self, looks=looks, samples=self.samples.with_part(
+            index[better], new.of(np.flatnonzero(better))))
+
+
+def answered(samples: Samples) -> Flags:
+    """Return of which samples (N,) it is known how wide the ink is, or that there is none."""
+    return np.isin(samples.status, (Status.MEASURED, Status.GAP))

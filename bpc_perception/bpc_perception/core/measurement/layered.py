@@ -1,0 +1,115 @@
+"""Prints in layers: strokes are measured while they lie open, and keep their results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Plane
+from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
+from bpc_perception.core.measurement.cross_section.method import measure_cross_sections
+from bpc_perception.core.measurement.cross_section.on_ink import Below, measure_on_ink
+from bpc_perception.core.measurement.kept import answered, Kept
+from bpc_perception.core.measurement.samples import Samples, unseen
+from bpc_perception.core.measurement.track import track_along
+from bpc_perception.core.measurement.view import View
+from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.profile import Status
+
+MOST_LOOKS = 3  # that give an answer; the best of them is kept
+NOTHING = Kept('', np.empty(0), unseen(0), np.empty(0, np.intp))
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where N points of a path lie.
+
+    Attributes:
+        stroke: (N,) number of the stroke of each; 0 = travel.
+        layer: (N,) of each, see path.layers.
+        shown: (N,) whether it is in view, or nearly so.
+    """
+
+    stroke: Index
+    layer: Index
+    shown: Flags
+
+
+def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
+                   config: ThicknessConfig, memory: PrintMemory) -> Samples:
+    """Measure the strokes of a print in layers that lie open in a capture.
+
+    Args:
+        view: the capture.
+        path: N points.
+        places: where they lie.
+        bed: plane of the bed.
+        config: how to measure.
+        memory: of the captures before.
+    """
+    kept = (memory.kept or NOTHING).at(path)
+    below = ink_below(kept.samples, path, places.layer, bed)
+    if below is None:
+        return kept.samples
+    covered = covered_from_above(bed.coordinates(path.points), places.layer, below.width)
+    shown = np.flatnonzero(places.shown & (places.stroke > 0))
+    track = track_along(path, places.stroke, shown, places.layer)
+    contrast = memory.last.results.contrast if memory.last is not None else None
+    wanted = ~covered[shown] & (kept.looks[shown] < MOST_LOOKS)
+    for layer in np.unique(track.layer[wanted]).tolist():
+        # What is not wanted any more still tells what ink looks like, and where it is.
+        index = np.flatnonzero((track.layer == layer) & ~covered[shown])
+        if layer == 0:
+            found = measure_cross_sections(view, track, bed, config, index, contrast).samples
+        else:
+            found = measure_on_ink(view, track, bed, config, index, below, contrast)
+        chosen = np.flatnonzero(wanted[index])
+        kept = kept.with_better(shown[index[chosen]], found.of(chosen))
+    memory.kept = kept
+    return with_covered(kept.samples, covered)
+
+
+def ink_below(samples: Samples, path: DepositionPath, layer: Index, bed: Plane) -> Below | None:
+    """Return what the ink on the bed says of that above it; None = it is not known.
+
+    Args:
+        samples: N samples.
+        path: their points.
+        layer: (N,) of each.
+        bed: plane of the bed.
+    """
+    known = np.flatnonzero((layer == 0) & (samples.status == Status.MEASURED))
+    if not len(known):
+        return None
+    sides = samples.of(known).sides
+    feet = (sides.left + sides.right) / 2
+    return Below(clearance=float(np.median((path.points[known] - feet) @ bed.normal)),
+                 width=float(np.median(sides.left_distance + sides.right_distance)))
+
+
+def covered_from_above(places: Array, layer: Index, width: float) -> Flags:
+    """Return which of N samples ink of a layer above covers, at least in part.
+
+    Args:
+        places: (N, 2) of the path points along the bed [m].
+        layer: (N,) of each.
+        width: of the ink [m].
+    """
+    covered = np.zeros(len(layer), bool)
+    for number in range(int(layer.max())):
+        own = np.flatnonzero(layer == number)
+        away, _ = cKDTree(places[layer > number]).query(places[own],
+                                                       distance_upper_bound=width)
+        covered[own] = np.isfinite(away)
+    return covered
+
+
+def with_covered(samples: Samples, covered: Flags) -> Samples:
+    """Return samples of which those that were covered before they were measured are OCCLUDED."""
+    never = covered & ~answered(samples)
+    return replace(samples, status=np.where(never, Status.OCCLUDED,
+                                            samples.status).astype(np.uint8))
