@@ -42,7 +42,7 @@ FLOOR_PLAN = {
         'core.config', 'core.extruder', 'core.capture', 'core.path',
         'core.stroke_ends', 'core.profile', 'core.measurement.view', 'core.measurement.bed',
         'core.measurement.scale', 'core.measurement.side_points', 'core.measurement.samples',
-        'core.measurement.track',
+        'core.measurement.track', 'core.measurement.kept',
         'core.measurement.cross_section.sections', 'core.measurement.cross_section.appearance',
         'core.measurement.cross_section.edges', 'core.measurement.cross_section',
         'core.measurement.paper', 'core.measurement',

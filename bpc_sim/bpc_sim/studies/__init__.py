@@ -6,6 +6,7 @@ from typing import Any
 
 from bpc_sim.studies.closed_loop.study import CLOSED_LOOP
 from bpc_sim.studies.hardware_study import HARDWARE
+from bpc_sim.studies.layers_study import LAYERS
 from bpc_sim.studies.misfortunes.study import MISFORTUNE_SEARCH
 from bpc_sim.studies.paper.sweeps import RESOLUTION, THICKNESS
 from bpc_sim.studies.paper.table1 import TABLE1
@@ -24,4 +25,5 @@ STUDIES: dict[str, Study[Any, Any]] = {
     'peers': PEERS,
     'closedloop': CLOSED_LOOP,
     'misfortunes': MISFORTUNE_SEARCH,
+    'layers': LAYERS,
 }

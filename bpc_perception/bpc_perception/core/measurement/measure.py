@@ -18,6 +18,8 @@ from bpc_perception.core.measurement.cross_section.incremental import (
     PrintMemory,
 )
 from bpc_perception.core.measurement.ground import Ground
+from bpc_perception.core.measurement.kept import Kept
+from bpc_perception.core.measurement.layered import measure_layers, Places
 from bpc_perception.core.measurement.paper.method import measure_as_published
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.measurement.track import Track, track_along
@@ -48,6 +50,9 @@ LOOKS: dict[str, Callable[
     'paper': lambda view, track, index, bed, config, _: as_travel(measure_as_published(
         view, track.of(index), bed, config).status),
 }
+
+
+LAYERED = 'cross_section'  # the method that measures ink on ink
 
 
 class MeasurementError(ValueError):
@@ -84,15 +89,28 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     stroke = stroke_numbers(path, bed.height(path.points), low)
     path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
     memory = memory or PrintMemory()
+    layer = memory.layers.layers(path, stroke, bed).layer
+    if config.method == LAYERED and (layer > 0).any():
+        samples = measure_layers(view, path, Places(stroke, layer, shown), bed, config, memory)
+    else:
+        samples = measure_one_layer(view, path, stroke, shown, bed, config, memory, ground)
+        memory.kept = Kept.of(path, samples)
+    return profile_of(samples, stroke, capture, path, config.method, number, started)
+
+
+def measure_one_layer(view: View, path: DepositionPath, stroke: Index, shown: Flags, bed: Plane,
+                      config: ThicknessConfig, memory: PrintMemory,
+                      ground: Ground | None) -> Samples:
+    """Measure strokes that all lie on the bed, and look at what lies between and below them."""
     samples = measure_strokes(view, path, stroke, shown, bed, config, memory)
     samples = look_at_travel(
         view, path, stroke, shown, samples, bed,
         lambda track, index: LOOKS[config.method](view, track, index, bed, config, memory))
-    if ground is not None:
-        samples = ground.judge(
-            view, path, stroke, shown, samples, bed, lambda view, track, index:
-            LOOKS[config.method](view, track, index, bed, config, memory))
-    return profile_of(samples, stroke, capture, path, config.method, number, started)
+    if ground is None:
+        return samples
+    return ground.judge(
+        view, path, stroke, shown, samples, bed, lambda view, track, index:
+        LOOKS[config.method](view, track, index, bed, config, memory))
 
 
 def expect_own_pixels(capture: Capture) -> None:

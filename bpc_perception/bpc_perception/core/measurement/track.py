@@ -28,6 +28,7 @@ class Track:
         extruding: (N,) whether ink was being pushed out.
         piece: (N,) number of the piece that each point belongs to, never falling.
         along: (N,) length along the ink; strokes that are not connected are ``FAR_M`` apart [m].
+        layer: (N,) of each; see path.layers.
     """
 
     print_id: str
@@ -36,6 +37,7 @@ class Track:
     extruding: Flags
     piece: Index
     along: Array
+    layer: Index
 
     def __len__(self) -> int:
         return len(self.time)
@@ -43,16 +45,18 @@ class Track:
     def of(self, index: Index) -> Track:
         """Return the points of an index (K,), increasing."""
         return Track(self.print_id, self.time[index], self.points[index], self.extruding[index],
-                     self.piece[index], self.along[index])
+                     self.piece[index], self.along[index], self.layer[index])
 
 
-def track_along(path: DepositionPath, stroke: Index, kept: Index) -> Track:
+def track_along(path: DepositionPath, stroke: Index, kept: Index,
+                layer: Index | None = None) -> Track:
     """Return the track along points of a path.
 
     Args:
         path: P points.
         stroke: (P,) number of the stroke of each, from 1; those of travel are below 1.
         kept: (N,) index of the points, increasing.
+        layer: (P,) of each point; None = all on the bed.
     """
     points, number = path.points[kept], stroke[kept]
     other = number[1:] != number[:-1]
@@ -65,7 +69,9 @@ def track_along(path: DepositionPath, stroke: Index, kept: Index) -> Track:
     along = np.concatenate(([0.0], np.cumsum(np.where(connected, step, FAR_M))))[:len(kept)]
     broken = (np.diff(kept) > 1) & ~(other & connected) | ~connected
     piece = np.concatenate(([0], np.cumsum(broken)))[:len(kept)]
-    return Track(path.print_id, path.time[kept], points, path.extruding[kept], piece, along)
+    layer = np.zeros(len(path), np.intp) if layer is None else layer
+    return Track(path.print_id, path.time[kept], points, path.extruding[kept], piece, along,
+                 layer[kept])
 
 
 def _goes_on(stroke: Array, following: Array) -> bool:

@@ -40,11 +40,13 @@ from bpc_perception.core.measurement.cross_section.tiles import (
     Tiles,
     tiles_of,
 )
+from bpc_perception.core.measurement.kept import Kept
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_window
 from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
+from bpc_perception.core.path.layers import LayerFinder
 from bpc_perception.core.path.tangents import typical_spacing
 from bpc_perception.core.profile import Status, StatusArray
 
@@ -157,10 +159,18 @@ class _Plan:
 
 
 class PrintMemory:
-    """What is remembered of the print's captures before: one reduced picture, and results."""
+    """What is remembered of the print's captures before.
+
+    Attributes:
+        last: one reduced picture, and results; None = nothing.
+        layers: which ink of the print lies on which.
+        kept: what was found of each sample; None = nothing.
+    """
 
     def __init__(self) -> None:
         self.last: _Remembered | None = None
+        self.layers = LayerFinder()
+        self.kept: Kept | None = None
 
 
 def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessConfig,

@@ -44,7 +44,10 @@ from bpc_perception.core.profile import Status, StatusArray
 # Of the height of a bead's foot below the nozzle, where it lies on ink and where it hangs.
 SUPPORTED_FOOT_SIGMA_M, HANGING_FOOT_SIGMA_M = 4e-5, 1e-4
 HANGS = 1.5  # layers above the next ink below
+CLIFF_SHARE = 0.7  # of a layer that the cloud goes down; a bead may hang down by the rest
 CLIFF_SIGMA_PX = 0.3  # of a place known to a pixel, which is the same all along a straight edge
+# Along so much path, the width of a bead changes at random by this share of it.
+WALK_M, WALK_SHARE = 1e-3, 0.03
 CROSSING_MARGIN_PX = 3.0  # along the path, beside a strand below
 MOST_SHOWN_PX = 0.25  # of ink below beyond a bead, where its edge is seen all the same
 AGREE_SIGMAS = 3.0  # within which picture and cloud agree
@@ -53,6 +56,9 @@ AGREE_SIGMAS = 3.0  # within which picture and cloud agree
 MUCH_NEARER, WITHIN = 0.8, 0.4
 LEAST_TOP = 0.3  # of the usual height of a bead; what is lower is none
 LARGEST_SIGMA = 0.15  # of a width that the cloud alone tells, as a share of it
+
+
+Known = tuple[Array, Array]  # values and their sigmas, (N,) each
 
 
 @dataclass(frozen=True)
@@ -111,7 +117,7 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
                    ending=ends_within_pixel(view, sections, appearance, bed.normal))
     beads = fit_beads(sections, middle, width)
     beneath = ink_beneath(track, index, bed, below.width)
-    cliffs = breaks_off(sections, goes_on, beneath)
+    cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
     return combined(view, sections, bed, beneath, (left, right), cliffs, status,
                     config.cross_section.edge_sigma * sections.pixel, beads)
 
@@ -180,10 +186,10 @@ def ink_beneath(track: Track, index: Index, bed: Plane, width: float) -> Beneath
 def breaks_off(sections: Sections, goes_on: Flags, beneath: Beneath) -> tuple[Array, Array]:
     """Return how far (N,) to the left and to the right beads break off in the cloud [m].
 
-    There the cloud goes down by half a layer and more, from one of its points to the next. NaN =
-    it does not, or a strand below goes on there (N, M).
+    There the cloud goes down by most of a layer, from one of its points to the next. NaN = it does
+    not, or a strand below goes on there (N, M).
     """
-    level = -beneath.layer_height / 2
+    level = -CLIFF_SHARE * beneath.layer_height
     down, up = sections.height < level, sections.height >= level
     middle = sections.on_path
     along = 2 * round(CROSSING_MARGIN_PX * sections.pixel / sections.spacing) + 1
@@ -216,40 +222,78 @@ def combined(view: View, sections: Sections, bed: Plane, beneath: Beneath,
     """
     to_camera = view.viewpoint - sections.foot
     slope = np.einsum('nk,nk->n', to_camera, sections.lateral) / (to_camera @ bed.normal)
-    foot = np.where(beneath.highest < HANGS * beneath.layer_height, SUPPORTED_FOOT_SIGMA_M, HANGING_FOOT_SIGMA_M)
-    sides = [_side(*each, sections, sigma, np.nan_to_num(beneath.lowest)) for each in zip(
-        edges, cliffs, (slope, -slope), strict=True)]
-    (left_edge, left_sigma), (right_edge, right_sigma) = sides
+    foot = np.where(beneath.highest < HANGS * beneath.layer_height, SUPPORTED_FOOT_SIGMA_M,
+                    HANGING_FOOT_SIGMA_M)
+    (left, left_sigma), (right, right_sigma) = (
+        _side(*each, sections, sigma, np.nan_to_num(beneath.lowest))
+        for each in zip(edges, cliffs, (slope, -slope), strict=True))
     middle_sigma = np.hypot(beads.width_sigma / 2, slope * foot)
-    # An edge and the middle tell a width as well, and so does the cloud alone.
-    widths = np.stack((left_edge + right_edge, 2 * (left_edge - beads.middle),
-                       2 * (right_edge + beads.middle), beads.width))
-    by_cloud = np.hypot(beads.width_sigma, beads.width / (2 * beads.top) * foot)
-    sigmas = np.stack((np.hypot(left_sigma, right_sigma), 2 * np.hypot(left_sigma, middle_sigma),
-                       2 * np.hypot(right_sigma, middle_sigma), by_cloud))
-    best = np.argmin(np.where(np.isfinite(widths + sigmas), sigmas, np.inf), axis=0)
-    width, width_sigma = (np.take_along_axis(each, best[None], axis=0)[0]
-                          for each in (widths, sigmas))
+    by_cloud = (beads.width,
+                np.hypot(beads.width_sigma, beads.width / (2 * beads.top) * foot))
+    # An edge and the middle tell a width as well.
+    seen = mean_of((left + right, np.hypot(left_sigma, right_sigma)),
+                   (2 * (left - beads.middle), 2 * np.hypot(left_sigma, middle_sigma)),
+                   (2 * (right + beads.middle), 2 * np.hypot(right_sigma, middle_sigma)))
+    # Where no edge is seen, the bead goes on as before and behind, as far as the cloud agrees.
+    carried = carried_along(*seen, sections)
+    width, width_sigma = best_of(seen, mean_of(carried, by_cloud))
     with np.errstate(invalid='ignore'):
         usual = np.nanmedian(beads.top) if np.isfinite(beads.top).any() else np.nan
-        agree = np.abs(width - beads.width) <= AGREE_SIGMAS * np.hypot(width_sigma, by_cloud)
+        agree = np.abs(width - by_cloud[0]) <= AGREE_SIGMAS * np.hypot(width_sigma, by_cloud[1])
         sure = agree & (beads.top > LEAST_TOP * usual) & (width_sigma <= LARGEST_SIGMA * width)
     crossing = meets_other_pass(sections, width, np.ones(len(status), bool))
-    seen = ~np.isin(status, (Status.OCCLUDED, Status.NO_DATA))
-    points = side_points(
-        sections, _edges_at(np.where(best == 0, left_edge, beads.middle + width / 2)),
-        _edges_at(np.where(best == 0, right_edge, width / 2 - beads.middle)))
-    status = np.select([~seen, crossing, sure], [status, Status.JUNCTION, Status.MEASURED],
+    both = np.isfinite(left + right) & (width == left + right)
+    points = side_points(sections, _edges_at(np.where(both, left, beads.middle + width / 2)),
+                         _edges_at(np.where(both, right, width / 2 - beads.middle)))
+    unseen = np.isin(status, (Status.OCCLUDED, Status.NO_DATA))
+    status = np.select([unseen, crossing, sure], [status, Status.JUNCTION, Status.MEASURED],
                        Status.LOW_CONFIDENCE).astype(np.uint8)
     return Samples(points, status, width_sigma)
+
+
+def best_of(*known: Known) -> Known:
+    """Return the values (N,) with the smallest sigma (N,); NaN where nothing is known."""
+    values, sigmas = (np.stack(each) for each in zip(*known, strict=True))
+    best = np.argmin(np.where(np.isfinite(values + sigmas), sigmas, np.inf), axis=0)[None]
+    return (np.take_along_axis(values, best, axis=0)[0],
+            np.take_along_axis(sigmas, best, axis=0)[0])
+
+
+def mean_of(*known: Known) -> Known:
+    """Return the means (N,) of what is known, weighed by its sigmas (N,); NaN where nothing is."""
+    values, sigmas = (np.stack(each) for each in zip(*known, strict=True))
+    weights = np.where(np.isfinite(values + sigmas), sigmas, np.inf)**-2.0
+    total = weights.sum(axis=0)
+    with np.errstate(invalid='ignore', divide='ignore'):
+        return np.nansum(weights * values, axis=0) / total, total**-0.5
+
+
+def carried_along(width: Array, sigma: Array, sections: Sections) -> Known:
+    """Return widths (N,) to be expected from those seen before and behind on a bead [m].
+
+    The width walks at random along the path: the farther away it is seen, the less is known.
+    """
+    width, around = _mean_around(width, sections), np.isfinite(width)
+    walk = (WALK_SHARE * np.nanmedian(width))**2 if around.any() else np.nan
+    index, known = np.arange(len(width)), np.flatnonzero(around)
+    if not len(known):
+        return np.full(len(width), np.nan), np.full(len(width), np.nan)
+    after = np.searchsorted(known, index)
+    sides = []
+    for other in (known[np.maximum(after - 1, 0)], known[np.minimum(after, len(known) - 1)]):
+        far = np.abs(sections.along[other] - sections.along)
+        same = sections.piece[other] == sections.piece
+        sides.append((np.where(same, width[other], np.nan),
+                      np.sqrt(sigma[other]**2 + walk * far / WALK_M)))
+    return mean_of(*sides)
 
 
 def _side(edge: Edges, cliff: Array, slope: Array, sections: Sections, sigma: float,
           depth: Array) -> tuple[Array, Array]:
     """Return where (N,) beads end on one side, with its 1-sigma uncertainty (N,) [m].
 
-    NaN = unknown. Where ink below comes out on this side, seen from the camera, its edge is not the
-    bead's: then the place counts at which the cloud breaks off.
+    NaN = unknown. Where ink below comes out on this side, seen from the camera, its edge is not
+    the bead's: then the place counts at which the cloud breaks off.
     """
     shown = np.maximum(depth * slope, 0.0)  # the ink below is as wide
     by_picture = np.where(shown <= MOST_SHOWN_PX * sections.pixel, edge.distance, np.nan)

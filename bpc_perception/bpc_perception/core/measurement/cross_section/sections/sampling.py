@@ -13,6 +13,7 @@ from bpc_perception.core.filters import masked_median, running_median
 from bpc_perception.core.geometry import Plane, unit_vectors
 from bpc_perception.core.measurement.cross_section.sections.lines import (
     colours_at,
+    distances_along,
     heights,
     Lines,
     pixels_along,
@@ -36,7 +37,7 @@ NOISE_SIGMAS = 4.0  # of the cloud, that a raised middle has to exceed
 
 
 def lay_sections(view: View, track: Track, index: Index, bed: Plane,
-                 config: ThicknessConfig) -> Sections:
+                 config: ThicknessConfig, clearance: float | None = None) -> Sections:
     """Lay a section across a track at each point of an index.
 
     Args:
@@ -45,6 +46,8 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
         index: (N,) of the points that get a section.
         bed: plane of the bed.
         config: how to measure.
+        clearance: how high above the feet of the bead the nozzle passed [m]; None = the surface
+            beside the path tells.
     """
     points, piece = track.points, track.piece[index]
     tangent = smoothed_tangents(points, track.piece, index, config.cross_section.tangent_length)
@@ -52,12 +55,17 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
     spacing, pixel = typical_spacing(points), view.pixel_size(points[index])
     offset = sample_offsets(config.cross_section.reach, pixel)
     coarse = Lines(points[index], lateral, offset[::COARSE_STEP])
-    territory = find_territory(bed.coordinates(points), track.along, index,
+    territory = find_territory(bed.coordinates(points), track.along, track.layer, index,
                                bed.coordinates(lateral), coarse.offset, spacing)
-    lines = replace(follow_surface(view, coarse, piece, spacing, territory.beside, bed.normal,
-                                   config.obstacle_height), offset=offset)
+    if clearance is None:
+        lines = follow_surface(view, coarse, piece, spacing, territory.beside, bed.normal,
+                               config.obstacle_height)
+    else:
+        lines = replace(coarse, foot=coarse.foot - clearance * bed.normal)
+    lines = replace(lines, offset=offset)
     uv = pixels_along(view, lines)
-    height = heights(view, points_at(view.capture.cloud, uv), lines, bed.normal)
+    seen = points_at(view.capture.cloud, uv)
+    height = heights(view, seen, lines, bed.normal)
     return Sections(
         piece=piece, along=track.along[index], foot=lines.foot, lateral=lines.lateral,
         lean=ridge_lean(view, lines, height, tangent, bed.normal, pixel, spacing, piece),
@@ -69,7 +77,8 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
         raised=raised_middle(height, offset, pixel, territory.beside),
         beside=territory.beside_at(offset), clearance=territory.clearance,
         foreign=territory.foreign_at(offset),
-        colour=colours_at(view.capture.image, uv))
+        colour=colours_at(view.capture.image, uv), height=height,
+        place=distances_along(view, seen, lines))
 
 
 def sample_offsets(reach: float, pixel: float) -> Array:

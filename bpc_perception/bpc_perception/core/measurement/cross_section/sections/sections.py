@@ -11,7 +11,8 @@ from bpc_perception.core.measurement.scale import steady_window
 SAMPLE_STEP_PX = 0.5  # between samples of a section
 # The fields with one entry a section, along their first axis.
 PER_SECTION = ('piece', 'along', 'foot', 'lateral', 'lean', 'inside', 'hidden', 'depth', 'raised',
-               'beside', 'foreign', 'colour')
+               'beside', 'foreign', 'colour', 'height',
+               'place')
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,10 @@ class Sections:
         raised: (N,) whether the cloud has something there that stands above the bed.
         beside: (N, M) whether it lies so far from all of the path that bed is to be expected.
         clearance: (2, N) how far that is from the path, on the right and the left [m].
-        foreign: (N, M) whether another pass of the path is nearer than this one.
+        foreign: (N, M) whether another pass of the same layer is nearer than this one.
         colour: (N, M, 3) RGB.
+        height, place: (N, M) of the cloud at each sample: above the foot, and how far to the left
+            of the path, which height makes differ from the offset [m]; NaN = no point.
     """
 
     piece: Index
@@ -54,6 +57,8 @@ class Sections:
     clearance: Array
     foreign: Flags
     colour: Floats
+    height: Floats
+    place: Floats
 
     def of(self, index: Index, step: int) -> Sections:
         """Return the sections of an index (K,), which are about ``step`` apart."""

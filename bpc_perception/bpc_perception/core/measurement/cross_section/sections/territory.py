@@ -28,7 +28,7 @@ class Territory:
         bed_from: (2, N) distance from which bed is expected, on the right and on the left [m].
         clearance: (2, N) the farthest that a section leads from all of the path, on the right and
             on the left [m].
-        foreign: (N, M) whether another pass of the path is nearer than the section's own.
+        foreign: (N, M) whether another pass of the same layer is nearer than the section's own.
     """
 
     offset: Array
@@ -65,13 +65,14 @@ class Territory:
         return flags & (offset != 0)
 
 
-def find_territory(points: Array, along: Array, index: Index, lateral: Array, offset: Array,
-                   spacing: float) -> Territory:
+def find_territory(points: Array, along: Array, layer: Index, index: Index, lateral: Array,
+                   offset: Array, spacing: float) -> Territory:
     """Find what belongs to which pass, in the plane of the bed.
 
     Args:
         points: (P, 2) the path [m].
         along: (P,) length along the ink, see Track [m].
+        layer: (P,) of each.
         index: (N,) of the path points at which the sections lie.
         lateral: (N, 2) unit vectors along the sections, to the left.
         offset: (M,) of the samples from the path points, positive to the left [m].
@@ -88,7 +89,8 @@ def find_territory(points: Array, along: Array, index: Index, lateral: Array, of
     distance = np.minimum(distance, np.abs(offset).astype(np.float32))  # its own point is near
     # The foot of a place on its own pass is near in arc length, even within a bend.
     foreign: Flags = (apart > np.pi * np.abs(offset) + NEIGHBOURS * spacing) & (
-        distance < np.abs(offset) - spacing)
+        distance < np.abs(offset) - spacing) & (
+        layer[close[nearest]] == layer[index][:, None])
     sides = (offset < 0, offset > 0)
     # Half-way to another pass lies between two samples: there the distances from both meet.
     step = offset[1] - offset[0]
