@@ -59,7 +59,9 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
     shown = np.flatnonzero(places.shown & (places.stroke > 0))
     track = track_along(path, places.stroke, shown, places.layer)
     contrast = memory.last.results.contrast if memory.last is not None else None
-    wanted = ~covered[shown] & (kept.looks[shown] < MOST_LOOKS)
+    # Beside ink of a layer above it is not told which edge is whose.
+    beside = covered_from_above(bed.coordinates(path.points), places.layer, 2 * below.width)
+    wanted = ~beside[shown] & (kept.looks[shown] < MOST_LOOKS)
     for layer in np.unique(track.layer[wanted]).tolist():
         # What is not wanted any more still tells what ink looks like, and where it is.
         index = np.flatnonzero((track.layer == layer) & ~covered[shown])

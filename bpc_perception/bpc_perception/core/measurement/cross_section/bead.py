@@ -52,7 +52,7 @@ def fit_beads(sections: Sections, middle: Array, width: Array) -> Beads:
         middle: (N,) offset of the bead's middle from the path, as far as it is known [m].
         width: (N,) of the bead, as far as it is known [m].
     """
-    half = FITTED_SHARE * width / 2
+    half = FITTED_SHARE * np.where(width > 0, width, np.nan) / 2
     with np.errstate(invalid='ignore', divide='ignore'):
         place = (sections.place - middle[:, None]) / half[:, None]
         fitted = (np.abs(place) <= 1) & np.isfinite(sections.height) & sections.visible

@@ -10,13 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.filters import masked_median
-from bpc_perception.core.geometry import Plane
+from bpc_perception.core.geometry import Plane, unit_vectors
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.appearance.ink import ink_share
 from bpc_perception.core.measurement.cross_section.bead import (
@@ -33,7 +34,7 @@ from bpc_perception.core.measurement.cross_section.method import (
     side_points,
 )
 from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
-from bpc_perception.core.measurement.cross_section.sections.sampling import lay_sections
+from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 from bpc_perception.core.measurement.cross_section.sections.territory import find_nearest
 from bpc_perception.core.measurement.samples import Samples
@@ -44,6 +45,9 @@ from bpc_perception.core.profile import Status, StatusArray
 # Of the height of a bead's foot below the nozzle, where it lies on ink and where it hangs.
 SUPPORTED_FOOT_SIGMA_M, HANGING_FOOT_SIGMA_M = 4e-5, 1e-4
 HANGS = 1.5  # layers above the next ink below
+# Of the first layer, every so many path points within a reach tell how the bed lies, if they are
+# not all on a line.
+BED_STEP, BED_REACH_M, LEAST_SPREAD_M = 5, 6e-3, 2e-4
 CLIFF_SHARE = 0.7  # of a layer that the cloud goes down; a bead may hang down by the rest
 CLIFF_SIGMA_PX = 0.3  # of a place known to a pixel, which is the same all along a straight edge
 # Along so much path, the width of a bead changes at random by this share of it.
@@ -54,6 +58,10 @@ AGREE_SIGMAS = 3.0  # within which picture and cloud agree
 # Ink of a layer below goes on where its path is so much nearer than the section's own, from this
 # share of its width on.
 MUCH_NEARER, WITHIN = 0.8, 0.4
+# By how much, as a share of the usual width, one may differ that the cloud tells in part, and one
+# of which both edges are seen.
+MOST_UNLIKE, MOST_UNLIKE_SEEN = 0.15, 0.25
+USUAL_M, LEAST_SURE = 8e-3, 10  # so far around, so many samples tell what is usual
 LEAST_TOP = 0.3  # of the usual height of a bead; what is lower is none
 LARGEST_SIGMA = 0.15  # of a width that the cloud alone tells, as a share of it
 
@@ -105,7 +113,8 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
         below: what is known of the ink below.
         known: the contrast of the whole print; None = not known.
     """
-    sections = lay_sections(view, track, index, bed, config, below.clearance)
+    sections = lay_sections(view, track, index, bed, config,
+                            Footing(below.clearance, normals_below(track, index, bed)))
     middle, width = rough_beads(sections)
     goes_on = goes_on_beside(sections, track, index, bed, below.width)
     sections = replace(sections, foreign=sections.foreign | goes_on)
@@ -120,6 +129,31 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
     return combined(view, sections, bed, beneath, (left, right), cliffs, status,
                     config.cross_section.edge_sigma * sections.pixel, beads)
+
+
+def normals_below(track: Track, index: Index, bed: Plane) -> Array:
+    """Return the normals (N, 3) of the bed below points of a track, which may bend.
+
+    The nozzle kept its height above the bed along the first layer.
+    """
+    first = np.flatnonzero(track.layer == 0)[::BED_STEP]
+    axes = bed.coordinates(np.eye(3))
+    asked = np.arange(0, len(index) + BED_STEP - 1, BED_STEP).clip(max=len(index) - 1)
+    slope = np.zeros((len(asked), 2))
+    if len(first):
+        place, height = bed.coordinates(track.points[first]), bed.height(track.points[first])
+        there = bed.coordinates(track.points[index[asked]])
+        near = cKDTree(place).query_ball_point(there, BED_REACH_M)
+        for number, found in enumerate(near):
+            if len(found) > 2:
+                off = place[found] - place[found].mean(axis=0)
+                rise = height[found] - height[found].mean()
+                # Across a single line nothing is known: then it is taken to be level.
+                slope[number] = np.linalg.solve(
+                    off.T @ off + len(found) * LEAST_SPREAD_M**2 * np.eye(2), off.T @ rise)
+    every = np.arange(len(index))
+    slope = np.stack([np.interp(every, asked, each) for each in slope.T], axis=1)
+    return unit_vectors(bed.normal - slope @ axes.T)
 
 
 def goes_on_beside(sections: Sections, track: Track, index: Index, bed: Plane,
@@ -224,9 +258,11 @@ def combined(view: View, sections: Sections, bed: Plane, beneath: Beneath,
     slope = np.einsum('nk,nk->n', to_camera, sections.lateral) / (to_camera @ bed.normal)
     foot = np.where(beneath.highest < HANGS * beneath.layer_height, SUPPORTED_FOOT_SIGMA_M,
                     HANGING_FOOT_SIGMA_M)
-    (left, left_sigma), (right, right_sigma) = (
+    (left, left_sigma), (right, right_sigma) = sides = [
         _side(*each, sections, sigma, np.nan_to_num(beneath.lowest))
-        for each in zip(edges, cliffs, (slope, -slope), strict=True))
+        for each in zip(edges, cliffs, (slope, -slope), strict=True)]
+    pictured = np.all([edge.distance == place for edge, (place, _) in zip(
+        edges, sides, strict=True)], axis=0)
     middle_sigma = np.hypot(beads.width_sigma / 2, slope * foot)
     by_cloud = (beads.width,
                 np.hypot(beads.width_sigma, beads.width / (2 * beads.top) * foot))
@@ -241,6 +277,11 @@ def combined(view: View, sections: Sections, bed: Plane, beneath: Beneath,
         usual = np.nanmedian(beads.top) if np.isfinite(beads.top).any() else np.nan
         agree = np.abs(width - by_cloud[0]) <= AGREE_SIGMAS * np.hypot(width_sigma, by_cloud[1])
         sure = agree & (beads.top > LEAST_TOP * usual) & (width_sigma <= LARGEST_SIGMA * width)
+    # An edge among those of ink below may be theirs: what is told has to go on along the bead.
+    usual_width = usual_around(np.where(sure, width, np.nan), sections)
+    with np.errstate(invalid='ignore'):
+        sure &= np.abs(width - usual_width) <= usual_width * np.where(
+            pictured, MOST_UNLIKE_SEEN, MOST_UNLIKE)
     crossing = meets_other_pass(sections, width, np.ones(len(status), bool))
     both = np.isfinite(left + right) & (width == left + right)
     points = side_points(sections, _edges_at(np.where(both, left, beads.middle + width / 2)),
@@ -249,6 +290,16 @@ def combined(view: View, sections: Sections, bed: Plane, beneath: Beneath,
     status = np.select([unseen, crossing, sure], [status, Status.JUNCTION, Status.MEASURED],
                        Status.LOW_CONFIDENCE).astype(np.uint8)
     return Samples(points, status, width_sigma)
+
+
+def usual_around(width: Array, sections: Sections) -> Array:
+    """Return the median (N,) of the widths known around each on the same bead; NaN = too few."""
+    reach = round(USUAL_M / sections.spacing)
+    padded = [np.pad(values, reach, constant_values=np.nan)
+              for values in (width, sections.piece.astype(float))]
+    around, piece = (sliding_window_view(values, 2 * reach + 1) for values in padded)
+    known = np.isfinite(around) & (piece == sections.piece[:, None])
+    return np.where(known.sum(axis=1) >= LEAST_SURE, masked_median(around, known), np.nan)
 
 
 def best_of(*known: Known) -> Known:

@@ -68,10 +68,17 @@ def points_at(cloud: Floats, uv: Floats) -> Floats:
 
 
 def heights(view: View, points: Floats, lines: Lines, normal: Array) -> Floats:
-    """Return how high (N, M) points (N, M, 3) of the camera's frame lie above the feet [m]."""
-    axis = view.T_camera_base[:3, :3] @ normal
-    below = (transform(view.T_camera_base, lines.foot) @ axis).astype(np.float32)
-    return np.asarray(cv2.transform(points, axis[None]), np.float32) - below[:, None]
+    """Return how high (N, M) points (N, M, 3) of the camera's frame lie above the feet [m].
+
+    That is along a normal (3,), or along one for each line (N, 3).
+    """
+    axis = normal @ view.T_camera_base[:3, :3].T
+    foot = transform(view.T_camera_base, lines.foot)
+    if axis.ndim == 1:
+        below = (foot @ axis).astype(np.float32)
+        return np.asarray(cv2.transform(points, axis[None]), np.float32) - below[:, None]
+    above = points - foot[:, None].astype(np.float32)
+    return np.asarray(np.matmul(above, axis.astype(np.float32)[:, :, None])[..., 0], np.float32)
 
 
 def distances_along(view: View, points: Floats, lines: Lines) -> Floats:

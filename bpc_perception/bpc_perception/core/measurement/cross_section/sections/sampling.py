@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -36,8 +36,21 @@ LEAST_DEPTH = 0.1  # share of the samples of a section that have depth, if the s
 NOISE_SIGMAS = 4.0  # of the cloud, that a raised middle has to exceed
 
 
+@dataclass(frozen=True)
+class Footing:
+    """Where the feet of beads are whose surroundings do not tell.
+
+    Attributes:
+        clearance: how high above them the nozzle passed [m].
+        normal: (N, 3) of the surface below each section.
+    """
+
+    clearance: float
+    normal: Array
+
+
 def lay_sections(view: View, track: Track, index: Index, bed: Plane,
-                 config: ThicknessConfig, clearance: float | None = None) -> Sections:
+                 config: ThicknessConfig, footing: Footing | None = None) -> Sections:
     """Lay a section across a track at each point of an index.
 
     Args:
@@ -46,26 +59,26 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
         index: (N,) of the points that get a section.
         bed: plane of the bed.
         config: how to measure.
-        clearance: how high above the feet of the bead the nozzle passed [m]; None = the surface
-            beside the path tells.
+        footing: where the feet of the bead are; None = the surface beside the path tells.
     """
     points, piece = track.points, track.piece[index]
     tangent = smoothed_tangents(points, track.piece, index, config.cross_section.tangent_length)
-    lateral = unit_vectors(np.cross(bed.normal, tangent))
+    normal = bed.normal if footing is None else footing.normal
+    lateral = unit_vectors(np.cross(normal, tangent))
     spacing, pixel = typical_spacing(points), view.pixel_size(points[index])
     offset = sample_offsets(config.cross_section.reach, pixel)
     coarse = Lines(points[index], lateral, offset[::COARSE_STEP])
     territory = find_territory(bed.coordinates(points), track.along, track.layer, index,
                                bed.coordinates(lateral), coarse.offset, spacing)
-    if clearance is None:
+    if footing is None:
         lines = follow_surface(view, coarse, piece, spacing, territory.beside, bed.normal,
                                config.obstacle_height)
     else:
-        lines = replace(coarse, foot=coarse.foot - clearance * bed.normal)
+        lines = replace(coarse, foot=coarse.foot - footing.clearance * footing.normal)
     lines = replace(lines, offset=offset)
     uv = pixels_along(view, lines)
     seen = points_at(view.capture.cloud, uv)
-    height = heights(view, seen, lines, bed.normal)
+    height = heights(view, seen, lines, normal)
     return Sections(
         piece=piece, along=track.along[index], foot=lines.foot, lateral=lines.lateral,
         lean=ridge_lean(view, lines, height, tangent, bed.normal, pixel, spacing, piece),

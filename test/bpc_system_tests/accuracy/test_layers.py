@@ -1,0 +1,47 @@
+"""Strokes in layers, compared with layers_thresholds.yaml; `bpc study layers` has more prints."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+import yaml
+
+from bpc_sim.studies import Row
+from bpc_sim.studies.layers_study import measure_print, rows
+
+THRESHOLDS = yaml.safe_load(
+    Path(__file__).with_name('layers_thresholds.yaml').read_text(encoding='utf-8'))
+PRINTS = THRESHOLDS['prints']
+pytestmark = [pytest.mark.accuracy, pytest.mark.timeout(300)]
+
+
+@pytest.fixture(scope='module')
+def table() -> list[Row]:
+    """A row for each layer of each print."""
+    tasks = [(name, float(tilt), 0) for name, print_ in PRINTS.items()
+             for tilt in print_['tilts']]
+    with ProcessPoolExecutor(2, get_context('spawn')) as pool:
+        return rows(list(pool.map(measure_print, tasks)))
+
+
+def test_every_layer_is_there(table: list[Row]) -> None:
+    assert [(row['scene'], row['layer']) for row in table] == [
+        (name, layer) for name in PRINTS for layer in range(3 if name == 'stack' else 4)]
+
+
+@pytest.mark.parametrize('name', list(PRINTS))
+def test_each_layer_is_measured_as_it_is(name: str, table: list[Row]) -> None:
+    missed = [row for row in table if row['scene'] == name and not (
+        row['answered'] >= PRINTS[name]['answered'] and row['MAE_mm'] <= PRINTS[name]['MAE_mm']
+        and row['wrong'] <= THRESHOLDS['wrong'])]
+    assert missed == []
+
+
+def test_a_sigma_says_how_far_off_a_width_may_be(table: list[Row]) -> None:
+    missed = [row for row in table
+              if not (row['within_1_sigma'] >= THRESHOLDS['within_1_sigma']
+                      and row['within_2_sigma'] >= THRESHOLDS['within_2_sigma'])]
+    assert missed == []
