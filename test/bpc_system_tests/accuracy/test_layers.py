@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -15,7 +13,7 @@ from bpc_sim.studies.layers_study import measure_print, rows
 THRESHOLDS = yaml.safe_load(
     Path(__file__).with_name('layers_thresholds.yaml').read_text(encoding='utf-8'))
 PRINTS = THRESHOLDS['prints']
-pytestmark = [pytest.mark.accuracy, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.accuracy, pytest.mark.timeout(600)]
 
 
 @pytest.fixture(scope='module')
@@ -23,8 +21,7 @@ def table() -> list[Row]:
     """A row for each layer of each print."""
     tasks = [(name, float(tilt), 0) for name, print_ in PRINTS.items()
              for tilt in print_['tilts']]
-    with ProcessPoolExecutor(2, get_context('spawn')) as pool:
-        return rows(list(pool.map(measure_print, tasks)))
+    return rows([measure_print(task) for task in tasks])
 
 
 def test_every_layer_is_there(table: list[Row]) -> None:

@@ -101,8 +101,9 @@ def start_nodes(nodes: Nodes, plan: OpenLoopPrint, settings: Settings, separate:
     """Start printer and measuring nodes, which agree on when the print starts [ns]."""
     common = {'scenario': plan.config.scenario, 'speed': plan.config.speed,
               'start_time_ns': start_ns}
+    # First those whose first messages count: on a busy machine the others take seconds to load.
+    nodes.start('bpc_sim.nodes.robot', **common)
+    nodes.start('bpc_sim.nodes.extruder', **common)
     nodes.start_measuring(
         {'back_end': 'synthetic', 'rate': plan.capture_rate, **common},
         {'hand_eye_file': str(settings.hand_eye)}, separate)
-    nodes.start('bpc_sim.nodes.robot', **common)
-    nodes.start('bpc_sim.nodes.extruder', **common)
