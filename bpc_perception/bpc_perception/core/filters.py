@@ -69,14 +69,22 @@ def running_median(values: Array, window: int, piece: Index) -> Array:
     return result.reshape(values.shape)
 
 
+def windows_around(piece: Index, reach: int) -> tuple[Index, Index]:
+    """Return the first row up to ``reach`` before each (N,), and that behind the last as far on.
+
+    Rows are of the same piece (N,).
+    """
+    first, end = runs(piece)
+    row = np.arange(len(piece))
+    return np.maximum(row - reach, first), np.minimum(row + reach + 1, end)
+
+
 def running_mean(values: Array, window: int, piece: Index) -> Array:
     """Return the mean of the known values (N, K) over ``window`` neighbours.
 
     Neighbours are of the same piece (N,). NaN where none of them is known.
     """
-    first, end = runs(piece)
-    index, half = np.arange(len(values)), window // 2
-    low, high = np.maximum(index - half, first), np.minimum(index + half + 1, end)
+    low, high = windows_around(piece, window // 2)
     known = np.isfinite(values)
     total, count = (np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(kind, axis=0)))
                     for kind in (np.where(known, values, 0.0), known))

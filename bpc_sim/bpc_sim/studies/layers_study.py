@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bpc_perception.core.capture.capture import Capture
-from bpc_perception.core.config import PathConfig, ThicknessConfig
-from bpc_perception.core.extruder.sample import ExtruderSample
+from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.measure import measure
-from bpc_perception.core.path.deposition_path import DepositionPath
-from bpc_perception.core.path.tracker import PrintTracker
-from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.profile import ThicknessProfile
 from bpc_sim.printer.print_job import PrintJob
+from bpc_sim.printer.recorded_path import recorded_path
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_sim.scene.scene import Sensor
 from bpc_sim.stress.camera_placement import CameraPlacement
@@ -60,7 +58,7 @@ def measure_print(task: tuple[str, float, int]) -> MeasuredLayers:
     job = replace(SCENARIOS[name](SPEED_M_PER_S), seed=seed,
                   sensor=Sensor(depth_noise=DEPTH_NOISE_M),
                   view=CameraPlacement(CAMERA_M, np.radians(tilt), SIZE_PX).view(rng))
-    path = path_of(job)
+    path = recorded_path(job, START_NS)
     memory = PrintMemory()
     # A wall grows higher than the nozzle goes over a bed.
     config = ThicknessConfig(maximum_tip_height=0.02)
@@ -78,24 +76,6 @@ def captures(job: PrintJob) -> Iterator[Capture]:
         yield job.capture(time, number, START_NS + round(time * 1e9))
 
 
-def path_of(job: PrintJob) -> DepositionPath:
-    """Return the path of a job from 100 poses and 50 extruder states a second."""
-    tracker = PrintTracker(PathConfig())
-    events = [(time, False) for time in np.arange(0, job.duration, 0.01).tolist()]
-    events += [(time, True) for time in np.arange(0.003, job.duration, 0.02).tolist()]
-    for time, is_state in sorted(events):
-        stamp_ns = START_NS + round(time * 1e9)
-        if is_state:
-            tracker.add_extruder(ExtruderSample(
-                stamp_ns, bool(job.extruding(time)), float(job.plunger_velocity(time)),
-                float(job.flow_rate(time))))
-        else:
-            tracker.add_pose(stamp_ns, job.tip(time))
-    path = tracker.path()
-    assert path is not None
-    return path
-
-
 def compare_layers(job: PrintJob, profile: ThicknessProfile) -> list[Comparison]:
     """Compare the profile of a print with its truth, layer by layer."""
     arc = job.laid(profile.time + (profile.print_start_ns - START_NS) * 1e-9)
@@ -104,14 +84,9 @@ def compare_layers(job: PrintJob, profile: ThicknessProfile) -> list[Comparison]
     layer = np.searchsorted(job.layers[:, 0], arc, side='right') - 1
     chosen = (width > 0) & (from_end > END_M) & (profile.stroke > 0)
     return [Comparison(width[own], np.full(own.sum(), Truth.MEASURED, np.uint8),
-                       profile.status[own], _answers(profile)[own], profile.sigma[own],
+                       profile.status[own], profile.thickness[own], profile.sigma[own],
                        np.array((profile.processing_time,)))
             for own in (chosen & (layer == number) for number in range(len(job.layers)))]
-
-
-def _answers(profile: ThicknessProfile) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    known = np.isin(profile.status, (Status.MEASURED, Status.GAP))
-    return np.where(known, profile.thickness, np.nan)
 
 
 def rows(found: list[MeasuredLayers]) -> list[Row]:

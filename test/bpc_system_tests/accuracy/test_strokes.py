@@ -14,17 +14,16 @@ from scipy.spatial import cKDTree
 
 from bpc_perception.core.advice.advisor import Advisor
 from bpc_perception.core.advice.rate_advice import Reason
-from bpc_perception.core.config import AdviceConfig, PathConfig, ThicknessConfig
-from bpc_perception.core.extruder.sample import ExtruderSample
+from bpc_perception.core.config import AdviceConfig, ThicknessConfig
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.measurement.measure import measure
 from bpc_perception.core.path.deposition_path import DepositionPath
-from bpc_perception.core.path.tracker import PrintTracker
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_sim.ink.curves import polyline
 from bpc_sim.ink.deposit import constant_width, Deposit
 from bpc_sim.printer.motion import Travel
 from bpc_sim.printer.print_job import PrintJob
+from bpc_sim.printer.recorded_path import recorded_path
 from bpc_sim.printer.scenarios import (
     dense,
     line,
@@ -46,22 +45,7 @@ WRONG_M, WRONG_SHARE = 0.2e-3, 0.1
 
 def path_of(job: PrintJob, known: bool = True, auto: bool = False) -> DepositionPath:
     """Return the path of a job from 100 poses and, if known, 50 extruder states a second."""
-    tracker = PrintTracker(PathConfig(auto=auto))
-    events = [(t, 0) for t in np.arange(0, job.duration, 0.01)]
-    events += [(t, 1) for t in np.arange(0.003, job.duration, 0.02) if known]
-    if not auto:
-        tracker.start(START_NS + round((job.dwell_before - 0.02) * 1e9))
-    for t, kind in sorted(events):
-        stamp_ns = START_NS + round(t * 1e9)
-        if kind:
-            tracker.add_extruder(ExtruderSample(
-                stamp_ns, bool(job.extruding(t)), float(job.plunger_velocity(t)),
-                float(job.flow_rate(t))))
-        else:
-            tracker.add_pose(stamp_ns, job.tip(t))
-    path = tracker.path()
-    assert path is not None
-    return path
+    return recorded_path(job, START_NS, known, auto)
 
 
 def measured(job: PrintJob, known: bool = True) -> ThicknessProfile:

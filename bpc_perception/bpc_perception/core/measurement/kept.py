@@ -29,10 +29,9 @@ class Kept:
     looks: Index
 
     @classmethod
-    def of(cls, path: DepositionPath, samples: Samples, looks: Index | None = None) -> Kept:
+    def of(cls, path: DepositionPath, samples: Samples) -> Kept:
         """Return what was found at the points of a path."""
-        return cls(path.print_id, path.time, samples,
-                   answered(samples).astype(np.intp) if looks is None else looks)
+        return cls(path.print_id, path.time, samples, answered(samples).astype(np.intp))
 
     def at(self, path: DepositionPath) -> Kept:
         """Return what is kept for the points of a path; nothing, of points that are new."""

@@ -55,13 +55,14 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
     below = ink_below(kept.samples, path, places.layer, bed)
     if below is None:
         return kept.samples
-    covered = covered_from_above(bed.coordinates(path.points), places.layer, below.width)
+    # Beside ink of a layer above it is not told which edge is whose.
+    unsure = 2 * below.width
+    away = away_from_above(bed.coordinates(path.points), places.layer, unsure)
+    covered = away < below.width
     shown = np.flatnonzero(places.shown & (places.stroke > 0))
     track = track_along(path, places.stroke, shown, places.layer)
     contrast = memory.last.results.contrast if memory.last is not None else None
-    # Beside ink of a layer above it is not told which edge is whose.
-    beside = covered_from_above(bed.coordinates(path.points), places.layer, 2 * below.width)
-    wanted = ~beside[shown] & (kept.looks[shown] < MOST_LOOKS)
+    wanted = ~(away[shown] < unsure) & (kept.looks[shown] < MOST_LOOKS)
     for layer in np.unique(track.layer[wanted]).tolist():
         # What is not wanted any more still tells what ink looks like, and where it is.
         index = np.flatnonzero((track.layer == layer) & ~covered[shown])
@@ -93,21 +94,20 @@ def ink_below(samples: Samples, path: DepositionPath, layer: Index, bed: Plane) 
                  width=float(np.median(sides.left_distance + sides.right_distance)))
 
 
-def covered_from_above(places: Array, layer: Index, width: float) -> Flags:
-    """Return which of N samples ink of a layer above covers, at least in part.
+def away_from_above(places: Array, layer: Index, reach: float) -> Array:
+    """Return how far (N,) samples are from the path of layers above [m]; inf = beyond reach.
 
     Args:
         places: (N, 2) of the path points along the bed [m].
         layer: (N,) of each.
-        width: of the ink [m].
+        reach: how far is looked [m].
     """
-    covered = np.zeros(len(layer), bool)
+    away = np.full(len(layer), np.inf)
     for number in range(int(layer.max())):
         own = np.flatnonzero(layer == number)
-        away, _ = cKDTree(places[layer > number]).query(places[own],
-                                                       distance_upper_bound=width)
-        covered[own] = np.isfinite(away)
-    return covered
+        away[own], _ = cKDTree(places[layer > number]).query(places[own],
+                                                             distance_upper_bound=reach)
+    return away
 
 
 def with_covered(samples: Samples, covered: Flags) -> Samples:

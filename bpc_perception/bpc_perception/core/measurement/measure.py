@@ -89,8 +89,9 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     stroke = stroke_numbers(path, bed.height(path.points), low)
     path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
     memory = memory or PrintMemory()
-    layer = memory.layers.layers(path, stroke, bed).layer
-    if config.method == LAYERED and (layer > 0).any():
+    layer = (memory.layers.layers(path, stroke, bed).layer if config.method == LAYERED
+             else np.zeros(len(path), np.intp))
+    if (layer > 0).any():
         samples = measure_layers(view, path, Places(stroke, layer, shown), bed, config, memory)
     else:
         samples = measure_one_layer(view, path, stroke, shown, bed, config, memory, ground)

@@ -6,7 +6,7 @@ import numpy as np
 from perception_builders import path_through
 
 from bpc_perception.core.measurement.kept import Kept
-from bpc_perception.core.measurement.layered import covered_from_above, with_covered
+from bpc_perception.core.measurement.layered import away_from_above, with_covered
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.profile import Status
@@ -49,7 +49,7 @@ def test_ink_above_covers_what_is_near_below() -> None:
     places = np.concatenate((np.column_stack((along, 0 * along)),  # on the bed
                              np.column_stack((0 * along + 5 * MM, along - 5 * MM))))  # across it
     layer = np.repeat((0, 1), len(along))
-    covered = covered_from_above(places, layer, 1.3 * MM)
+    covered = away_from_above(places, layer, 2.6 * MM) < 1.3 * MM
     np.testing.assert_array_equal(covered[:len(along)], np.abs(along - 5 * MM) < 1.3 * MM)
     assert not covered[len(along):].any()
     shown = with_covered(samples([Status.MEASURED, Status.LOW_CONFIDENCE], [0.1, np.nan]),

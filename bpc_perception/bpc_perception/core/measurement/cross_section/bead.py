@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
-from bpc_perception.core.filters import runs
+from bpc_perception.core.filters import windows_around
 from bpc_perception.core.measurement.cross_section.sections.sections import (
     SAMPLE_STEP_PX,
     Sections,
@@ -56,7 +56,7 @@ def fit_beads(sections: Sections, middle: Array, width: Array) -> Beads:
     with np.errstate(invalid='ignore', divide='ignore'):
         place = (sections.place - middle[:, None]) / half[:, None]
         fitted = (np.abs(place) <= 1) & np.isfinite(sections.height) & sections.visible
-    window = windows(sections.piece, round(POOLED_M / sections.spacing))
+    window = windows_around(sections.piece, round(POOLED_M / sections.spacing))
     for _ in range(ROUNDS):
         normal, right = _sums(place, sections.height, fitted, window)
         coefficients = _solved(normal, right)
@@ -91,13 +91,6 @@ def _beads(coefficients: Array, normal: Array, spread: float, half: Array, middl
                               for part in (of_top, of_reach))
     return Beads(*(np.where(good, values, np.nan) for values in (
         top, middle + ridge * half, 2 * reach * half, top_sigma, 2 * reach_sigma * half)))
-
-
-def windows(piece: Index, reach: int) -> tuple[Index, Index]:
-    """Return first and end of the sections (N,) that are fitted together with each."""
-    first, end = runs(piece)
-    index = np.arange(len(piece))
-    return np.maximum(index - reach, first), np.minimum(index + reach + 1, end)
 
 
 def _sums(place: Array, height: Floats, fitted: Flags,

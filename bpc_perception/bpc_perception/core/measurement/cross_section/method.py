@@ -53,6 +53,22 @@ class CrossSections:
     contrast: Contrast | None
 
 
+@dataclass(frozen=True)
+class Picture:
+    """What the picture says of N sections.
+
+    Attributes:
+        left, right: the edges.
+        status: (N,) values of Status.
+        contrast: of ink and bed; None = nothing is told apart.
+    """
+
+    left: Edges
+    right: Edges
+    status: StatusArray
+    contrast: Contrast | None
+
+
 def measure_cross_sections(view: View, track: Track, bed: Plane, config: ThicknessConfig,
                            index: Index | None = None,
                            known: Contrast | None = None) -> CrossSections:
@@ -68,15 +84,32 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
     """
     index = np.arange(len(track)) if index is None else index
     sections = lay_sections(view, track, index, bed, config)
-    appearance = appearance_along(sections, track.extruding[index], known)
+    picture = read_picture(view, sections, track.extruding[index], bed, config, known)
+    left, right = picture.left, picture.right
+    sigma = width_sigma(left, right, sections.pixel, config.cross_section)
+    return CrossSections(Samples(side_points(sections, left, right), picture.status, sigma),
+                         picture.contrast)
+
+
+def read_picture(view: View, sections: Sections, extruding: Flags, bed: Plane,
+                 config: ThicknessConfig, known: Contrast | None) -> Picture:
+    """Return what the picture says of N sections.
+
+    Args:
+        view: the capture.
+        sections: N sections.
+        extruding: (N,) whether ink was being pushed out.
+        bed: plane of the bed.
+        config: how to measure.
+        known: the contrast of the whole print; None = these sections tell it.
+    """
+    appearance = appearance_along(sections, extruding, known)
     ink = ink_share(sections, appearance)
     right, left = find_edges(sections, appearance.noise, ink)
     status = judge(sections, ink, left, right,
                    noisy=appearance.noise > config.cross_section.maximum_noise,
                    ending=ends_within_pixel(view, sections, appearance, bed.normal))
-    sigma = width_sigma(left, right, sections.pixel, config.cross_section)
-    return CrossSections(Samples(side_points(sections, left, right), status, sigma),
-                         appearance.contrast)
+    return Picture(left, right, status, appearance.contrast)
 
 
 def look_for_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,

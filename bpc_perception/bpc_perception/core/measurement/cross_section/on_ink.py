@@ -16,23 +16,17 @@ from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.filters import masked_median
+from bpc_perception.core.filters import masked_median, running_mean
 from bpc_perception.core.geometry import Plane, unit_vectors
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
-from bpc_perception.core.measurement.cross_section.appearance.ink import ink_share
 from bpc_perception.core.measurement.cross_section.bead import (
     Beads,
     fit_beads,
     HALF_LEVEL,
     POOLED_M,
-    windows,
 )
-from bpc_perception.core.measurement.cross_section.edges.edges import Edges, find_edges
-from bpc_perception.core.measurement.cross_section.judgement import ends_within_pixel, judge
-from bpc_perception.core.measurement.cross_section.method import (
-    appearance_along,
-    side_points,
-)
+from bpc_perception.core.measurement.cross_section.edges.edges import Edges
+from bpc_perception.core.measurement.cross_section.method import read_picture, side_points
 from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
 from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
@@ -118,17 +112,12 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     middle, width = rough_beads(sections)
     goes_on = goes_on_beside(sections, track, index, bed, below.width)
     sections = replace(sections, foreign=sections.foreign | goes_on)
-    appearance = appearance_along(sections, track.extruding[index], known)
-    ink = ink_share(sections, appearance)
-    right, left = find_edges(sections, appearance.noise, ink)
-    status = judge(sections, ink, left, right,
-                   noisy=appearance.noise > config.cross_section.maximum_noise,
-                   ending=ends_within_pixel(view, sections, appearance, bed.normal))
+    picture = read_picture(view, sections, track.extruding[index], bed, config, known)
     beads = fit_beads(sections, middle, width)
     beneath = ink_beneath(track, index, bed, below.width)
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
-    return combined(view, sections, bed, beneath, (left, right), cliffs, status,
-                    config.cross_section.edge_sigma * sections.pixel, beads)
+    return combined(view, sections, bed, beneath, (picture.left, picture.right), cliffs,
+                    picture.status, config.cross_section.edge_sigma * sections.pixel, beads)
 
 
 def normals_below(track: Track, index: Index, bed: Plane) -> Array:
@@ -355,13 +344,9 @@ def _side(edge: Edges, cliff: Array, slope: Array, sections: Sections, sigma: fl
 
 def _mean_around(values: Array, sections: Sections) -> Array:
     """Return the mean (N,) of values (N,) over a stretch around each; NaN where it has none."""
-    low, end = windows(sections.piece, round(POOLED_M / sections.spacing))
-    known = np.isfinite(values)
-    total, count = (np.concatenate(([0.0], np.cumsum(each)))
-                    for each in (np.where(known, values, 0.0), known))
-    with np.errstate(invalid='ignore', divide='ignore'):
-        mean = (total[end] - total[low]) / (count[end] - count[low])
-    return np.where(known, mean, np.nan)
+    window = 2 * round(POOLED_M / sections.spacing) + 1
+    mean = running_mean(values[:, None], window, sections.piece)[:, 0]
+    return np.where(np.isfinite(values), mean, np.nan)
 
 
 def _last(flags: Flags) -> Index:
@@ -376,7 +361,6 @@ def _edges_at(distance: Array) -> Edges:
 
 def _last_before(place: Floats, down: Flags) -> Array:
     """Return the last place (N,) in rows (N, K) before the first that is down; NaN = none."""
-    before = (np.cumsum(down, axis=1) == 0) & np.isfinite(place)
-    last = before.shape[1] - 1 - np.argmax(before[:, ::-1], axis=1)
-    found = before.any(axis=1) & down.any(axis=1)
+    last = _last((np.cumsum(down, axis=1) == 0) & np.isfinite(place))
+    found = (last >= 0) & down.any(axis=1)
     return np.where(found, place[np.arange(len(place)), last], np.nan)

@@ -38,7 +38,8 @@ class Sections:
         foreign: (N, M) whether another pass of the same layer is nearer than this one.
         colour: (N, M, 3) RGB.
         height, place: (N, M) of the cloud at each sample: above the foot, and how far to the left
-            of the path, which height makes differ from the offset [m]; NaN = no point.
+            of the path, which height makes differ from the offset [m]; NaN = no point. Where the
+            surface told the feet, places are not asked for: (N, 0).
     """
 
     piece: Index
