@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,7 +119,14 @@ def profile_of(thickness: Sequence[float], status: Sequence[int] | None = None, 
         else np.array(extruding, bool), extruder_known=np.ones(count, bool),
         stroke=np.ones(count, np.intp), status=statuses, thickness=values,
         sigma=np.full(count, 1e-5), left=values / 2, right=values / 2, left_points=points + side,
-        right_points=points - side, processing_time=0.25)
+        right_points=points - side, **on_one_layer(count), processing_time=0.25)
+
+
+def on_one_layer(count: int) -> dict[str, NDArray[Any]]:
+    """Samples on the bed, found in the first capture, of which no height is known."""
+    unknown = np.full(count, np.nan)
+    return {'layer': np.zeros(count, np.intp), 'seen_in': np.zeros(count, np.intp),
+            'height': unknown, 'height_sigma': unknown, 'area': unknown, 'area_sigma': unknown}
 
 
 def one_piece(count: int) -> Index:

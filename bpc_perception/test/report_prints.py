@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from perception_builders import on_one_layer
 
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
@@ -36,7 +37,8 @@ def strand_result():
             thickness=np.where(status == Status.GAP, 0.0, 2 * MM), sigma=0.1 * MM * measured,
             left=MM * measured, right=MM * measured,
             left_points=(points - (0, MM, 0)) * measured[:, None],
-            right_points=(points - (0, -MM, 0)) * measured[:, None], processing_time=0.1),
+            right_points=(points - (0, -MM, 0)) * measured[:, None],
+            **on_one_layer(count), processing_time=0.1),
         RateAdvice(10**9, NASTY, True, Reason.UNDER_EXTRUSION, 2.078 * MM, 2 * MM,
                    (5 * MM, 19 * MM), 14, 1.0795, 0.926, 0.9, 0.5, 6 * 10**9))
 
@@ -54,4 +56,4 @@ def vase_profile():
         thickness=np.array((2 * MM, 0.0, nan, 4 * MM)), sigma=np.array((0.1 * MM, nan, nan, MM)),
         left=np.array((1.5 * MM, nan, nan, 2.5 * MM)),
         right=np.array((0.5 * MM, nan, nan, 1.5 * MM)),
-        left_points=sides, right_points=sides, processing_time=0.25)
+        left_points=sides, right_points=sides, **on_one_layer(4), processing_time=0.25)

@@ -45,7 +45,7 @@ FLOOR_PLAN = {
         'core.measurement.track', 'core.measurement.kept',
         'core.measurement.cross_section.sections', 'core.measurement.cross_section.appearance',
         'core.measurement.cross_section.edges', 'core.measurement.cross_section',
-        'core.measurement.paper', 'core.measurement',
+        'core.measurement.cross_section.on_ink', 'core.measurement.paper', 'core.measurement',
         'core.advice', 'core.calibration', 'core.watch', 'core.result', 'core.session', 'core',
         'display', 'claims', 'files', 'messages', 'recording', 'report', 'runtime.exit_status',
         'runtime.held_warnings', 'runtime.transport', 'runtime', 'drivers', 'page',

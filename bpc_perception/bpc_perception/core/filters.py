@@ -93,6 +93,11 @@ def running_mean(values: Array, window: int, piece: Index) -> Array:
                      where=among > 0)
 
 
+def last_true(flags: Flags) -> Index:
+    """Return where (N,) the last True is in each row (N, K); -1 = nowhere."""
+    return np.where(flags.any(axis=1), flags.shape[1] - 1 - np.argmax(flags[:, ::-1], axis=1), -1)
+
+
 def _filtered_in_pieces(values: Array, window: int, begins: Index) -> Array:
     """Return the running median of values (N,) in pieces that begin at an index (S,)."""
     borders = np.append(begins, len(values))

@@ -85,6 +85,11 @@ class ThicknessProfile:
         sigma: (N,) 1-sigma uncertainty of thickness [m]; NaN unless MEASURED.
         left, right: (N,) distance from the path to each side point [m]; NaN unless MEASURED.
         left_points, right_points: (N, 3) side points in the base frame [m].
+        layer: (N,) 0 = on the bed, 1 = on one stroke, ...; -1 on travel.
+        height, height_sigma: (N,) of the ink above the surface before, with its 1-sigma
+            uncertainty [m]; NaN unless MEASURED where the cloud tells, or GAP (0).
+        area, area_sigma: (N,) the same of its cross-section [m^2].
+        seen_in: (N,) number of the capture that each was found in; -1 = none.
         processing_time: from everything at hand to this result [s].
     """
 
@@ -106,6 +111,12 @@ class ThicknessProfile:
     right: Array
     left_points: Array
     right_points: Array
+    layer: Index
+    height: Array
+    height_sigma: Array
+    area: Array
+    area_sigma: Array
+    seen_in: Index
     processing_time: float
 
     @classmethod
@@ -114,7 +125,8 @@ class ThicknessProfile:
         nothing, points = np.empty(0), np.empty((0, 3))
         return cls(stamp_ns, '', stamp_ns, 0, '', nothing, nothing, points, nothing.astype(bool),
                    nothing.astype(bool), nothing.astype(np.intp), nothing.astype(np.uint8),
-                   nothing, nothing, nothing, nothing, points, points, 0.0)
+                   nothing, nothing, nothing, nothing, points, points, nothing.astype(np.intp),
+                   nothing, nothing, nothing, nothing, nothing.astype(np.intp), 0.0)
 
     def __len__(self) -> int:
         return len(self.time)

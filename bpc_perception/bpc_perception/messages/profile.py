@@ -21,6 +21,9 @@ from bpc_perception.messages.array_fields import (
 )
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
+SIZES = 'height', 'height_sigma', 'area', 'area_sigma'
+# Arrays with one element a sample that older recordings do not have.
+NEWER = 'extruder_known', 'stroke', 'layer', 'seen_in', *SIZES
 # Arrays with one element a stroke; older recordings have none.
 STROKE_FIELDS = 'stroke_number', 'stroke_start', 'stroke_end', 'ink_start', 'ink_end'
 
@@ -45,7 +48,9 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
         processing_time=profile.processing_time,
         extruder_known=profile.extruder_known.tolist(), stroke=_numbers_field(profile.stroke),
         ooze_count=summary.ooze_count, ooze_length=summary.ooze_length,
-        bare_length=summary.bare_length, **_strokes_fields(profile.strokes))
+        bare_length=summary.bare_length, **_strokes_fields(profile.strokes),
+        layer=_signed_field(profile.layer), seen_in=_signed_field(profile.seen_in),
+        **{name: floats_field(getattr(profile, name)) for name in SIZES})
 
 
 def _strokes_fields(strokes: Strokes) -> dict[str, Any]:
@@ -61,8 +66,13 @@ def _numbers_field(numbers: Index) -> array[int]:
     return array('I', numbers.astype(np.uint32).tobytes())
 
 
+def _signed_field(numbers: Index) -> array[int]:
+    """Return numbers (N,) in the type that a field int32[] takes fastest."""
+    return array('i', numbers.astype(np.int32).tobytes())
+
+
 def _of_each_sample(message: ThicknessProfileMsg, name: str, kind: type,
-                    default: int) -> NDArray[Any]:
+                    default: float) -> NDArray[Any]:
     """Return an array (N,) that older recordings do not have."""
     values = getattr(message, name, ())
     return np.array(values, kind) if len(values) else np.full(len(message.time), default, kind)
@@ -76,7 +86,7 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
         'left', 'right'))
     strokes = [name for name in STROKE_FIELDS if hasattr(message, name)]
     check_lengths('thickness_profile', message, strokes)
-    for name in ('extruder_known', 'stroke'):
+    for name in NEWER:
         if len(getattr(message, name, ())):
             check_lengths('thickness_profile', message, ('time', name))
     status, thickness = np.array(message.status, np.uint8), np.array(message.thickness)
@@ -98,4 +108,7 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
         thickness=thickness, sigma=np.array(message.thickness_sigma),
         left=np.array(message.left), right=np.array(message.right),
         left_points=points_of(message, 'left_'), right_points=points_of(message, 'right_'),
+        layer=_of_each_sample(message, 'layer', np.intp, 0),
+        seen_in=_of_each_sample(message, 'seen_in', np.intp, message.capture),
+        **{name: _of_each_sample(message, name, float, np.nan) for name in SIZES},
         processing_time=message.processing_time)

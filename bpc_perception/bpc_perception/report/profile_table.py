@@ -11,7 +11,8 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.units import MM_PER_M, NS_PER_S
 
 COLUMNS = ('arc_length_mm', 'time_s', 'x_mm', 'y_mm', 'z_mm', 'thickness_mm', 'sigma_mm',
-           'left_mm', 'right_mm', 'status', 'extruding', 'stroke')
+           'left_mm', 'right_mm', 'status', 'extruding', 'stroke', 'layer', 'height_mm',
+           'height_sigma_mm', 'area_mm2', 'area_sigma_mm2', 'capture')
 
 
 def profile_csv(profile: ThicknessProfile) -> str:
@@ -30,7 +31,11 @@ def profile_csv(profile: ThicknessProfile) -> str:
         [Status(value).name for value in profile.status],
         [str(int(on)) if known else '' for on, known in zip(
             profile.extruding.tolist(), profile.extruder_known.tolist(), strict=True)],
-        [str(number) for number in profile.stroke.tolist()])
+        [str(number) for number in profile.stroke.tolist()],
+        ['' if number < 0 else str(number) for number in profile.layer.tolist()],
+        *(_cells(values * MM_PER_M) for values in (profile.height, profile.height_sigma)),
+        *(_cells(values * MM_PER_M**2) for values in (profile.area, profile.area_sigma)),
+        ['' if number < 0 else str(number) for number in profile.seen_in.tolist()])
     rows = (COLUMNS, *zip(*columns, strict=True))
     return ''.join(','.join(row) + '\n' for row in rows)
 

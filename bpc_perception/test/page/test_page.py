@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from perception_builders import advice_of
+from perception_builders import advice_of, on_one_layer
 import pytest
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse
@@ -40,7 +40,7 @@ def profile(count: int) -> ThicknessProfile:
         extruding=np.ones(count, bool), extruder_known=np.ones(count, bool),
         stroke=np.ones(count, np.intp), status=status, thickness=thickness,
         sigma=np.where(status == Status.MEASURED, 1e-5, np.nan), left=nothing, right=nothing,
-        left_points=points, right_points=points, processing_time=0.0)
+        left_points=points, right_points=points, **on_one_layer(count), processing_time=0.0)
 
 
 @pytest.mark.parametrize('count', [200, 10_000, 100_000])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 import shutil
 import struct
@@ -202,7 +203,8 @@ def test_large_messages_keep_every_byte(tmp_path: Path) -> None:
 
 def test_our_own_messages_are_read_back(tmp_path: Path) -> None:
     path = path_to_message(path_through(np.eye(3)), 'base')
-    profile = profile_to_message(profile_of([1e-3, 2e-3]), 'base')
+    sizes = {name: np.ones(2) for name in ('height', 'height_sigma', 'area', 'area_sigma')}
+    profile = profile_to_message(replace(profile_of([1e-3, 2e-3]), **sizes), 'base')
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/a', 'bpc_interfaces/msg/DepositionPath')
         writer.add_topic('/b', 'bpc_interfaces/msg/ThicknessProfile')

@@ -189,6 +189,7 @@ class ClosedLoopModel:
         measured = status == Status.MEASURED
         thickness = np.where(measured, width + error, np.where(status == Status.GAP, 0, np.nan))
         half = np.where(measured, thickness / 2, np.nan)
+        blank, first = np.full(count, np.nan), np.zeros(count, np.intp)
         return ThicknessProfile(
             stamp_ns=round(t * 1e9), print_id='print', print_start_ns=0, capture=0, method='',
             time=path.time, arc_length=path.arc_length, points=path.points,
@@ -196,7 +197,8 @@ class ClosedLoopModel:
             stroke=np.ones(len(path), np.intp), status=status, thickness=thickness,
             sigma=np.where(measured, sigma, np.nan), left=half + situation.offset,
             right=half - situation.offset, left_points=path.points, right_points=path.points,
-            processing_time=0.0)
+            layer=first, height=blank, height_sigma=blank, area=blank, area_sigma=blank,
+            seen_in=first, processing_time=0.0)
 
     def _path(self, t: float) -> DepositionPath:
         """Return the path as recorded at time t [s]."""

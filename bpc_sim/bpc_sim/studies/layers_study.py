@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.measure import measure
-from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_sim.ink.bead_sizes import sizes_above
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.recorded_path import recorded_path
 from bpc_sim.printer.scenarios import SCENARIOS
@@ -39,11 +41,25 @@ class MeasuredLayers:
 
     Attributes:
         name: of the scenario.
-        layers: the comparison with the truth, layer by layer.
+        layers: the widths beside the truth, layer by layer.
+        sizes: heights and areas beside the truth, layer by layer.
     """
 
     name: str
     layers: list[Comparison]
+    sizes: list[Sizes]
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Heights [m] and areas [m^2] of N measured samples of one layer, and what they are in truth.
+
+    Attributes:
+        height, area: (3, N) measured, its sigma, and in truth.
+    """
+
+    height: Array
+    area: Array
 
 
 def tasks(seeds: int) -> list[tuple[str, float, int]]:
@@ -64,7 +80,7 @@ def measure_print(task: tuple[str, float, int]) -> MeasuredLayers:
     config = ThicknessConfig(maximum_tip_height=0.02)
     for number, capture in enumerate(captures(job)):
         profile = measure(capture, path, job.view.T_base_camera, config, number, memory)
-    return MeasuredLayers(name, compare_layers(job, profile))
+    return MeasuredLayers(name, compare_layers(job, profile), compare_sizes(job, profile))
 
 
 def captures(job: PrintJob) -> Iterator[Capture]:
@@ -77,29 +93,70 @@ def captures(job: PrintJob) -> Iterator[Capture]:
 
 
 def compare_layers(job: PrintJob, profile: ThicknessProfile) -> list[Comparison]:
-    """Compare the profile of a print with its truth, layer by layer."""
-    arc = job.laid(profile.time + (profile.print_start_ns - START_NS) * 1e-9)
-    width = job.commanded.width(arc)
-    from_end = np.abs(arc[:, None] - job.commanded.runs.ravel()).min(axis=1)
-    layer = np.searchsorted(job.layers[:, 0], arc, side='right') - 1
-    chosen = (width > 0) & (from_end > END_M) & (profile.stroke > 0)
+    """Compare the widths of a print with the truth, layer by layer."""
+    width = job.commanded.width(true_arc(job, profile))
     return [Comparison(width[own], np.full(own.sum(), Truth.MEASURED, np.uint8),
                        profile.status[own], profile.thickness[own], profile.sigma[own],
                        np.array((profile.processing_time,)))
-            for own in (chosen & (layer == number) for number in range(len(job.layers)))]
+            for own in of_each_layer(job, profile)]
+
+
+def compare_sizes(job: PrintJob, profile: ThicknessProfile) -> list[Sizes]:
+    """Compare heights and areas of a print with the truth, layer by layer."""
+    arc, ink = true_arc(job, profile), job.laid_layers(job.duration)
+    found = []
+    for number, own in enumerate(of_each_layer(job, profile)):
+        own &= profile.status == Status.MEASURED
+        height, area = sizes_above(ink[number], ink[:number], arc[own])
+        found.append(Sizes(
+            np.stack((profile.height[own], profile.height_sigma[own], height)),
+            np.stack((profile.area[own], profile.area_sigma[own], area))))
+    return found
+
+
+def true_arc(job: PrintJob, profile: ThicknessProfile) -> Array:
+    """Return the arc lengths (N,) on the commanded path of the samples of a profile [m]."""
+    return job.laid(profile.time + (profile.print_start_ns - START_NS) * 1e-9)
+
+
+def of_each_layer(job: PrintJob, profile: ThicknessProfile) -> list[Flags]:
+    """Return which samples (N,) are of the strokes of each layer, away from their ends."""
+    arc = true_arc(job, profile)
+    from_end = np.abs(arc[:, None] - job.commanded.runs.ravel()).min(axis=1)
+    layer = np.searchsorted(job.layers[:, 0], arc, side='right') - 1
+    chosen = (job.commanded.width(arc) > 0) & (from_end > END_M) & (profile.stroke > 0)
+    return [chosen & (layer == number) for number in range(len(job.layers))]
 
 
 def rows(found: list[MeasuredLayers]) -> list[Row]:
     """Return a row for each layer of each scenario, from all views and seeds together."""
     table = []
     for name in dict.fromkeys(one.name for one in found):
-        prints = [one.layers for one in found if one.name == name]
-        for number, layer in enumerate(zip(*prints, strict=True)):
-            line = row(name, 'cross_section', merge(layer))
+        prints = [one for one in found if one.name == name]
+        layers = zip(zip(*(one.layers for one in prints), strict=True),
+                     zip(*(one.sizes for one in prints), strict=True), strict=True)
+        for number, (widths, sizes) in enumerate(layers):
+            line = row(name, 'cross_section', merge(widths))
             table.append({'scene': name, 'layer': number} | {
                 key: line[key] for key in ('samples', 'MAE_mm', 'median_mm', 'max_mm', 'answered',
-                                           'wrong', 'within_1_sigma', 'within_2_sigma')})
+                                           'wrong', 'within_1_sigma', 'within_2_sigma')}
+                | size_columns(sizes))
     return table
+
+
+def size_columns(sizes: Sequence[Sizes]) -> Row:
+    """Return how far heights and areas are off."""
+    height, sigma, true_height = np.concatenate([one.height for one in sizes], axis=1)
+    area, area_sigma, true_area = np.concatenate([one.area for one in sizes], axis=1)
+    known = np.isfinite(height)
+    error, off = np.abs(height - true_height)[known], np.abs(area - true_area)[known]
+    return {'sized': float(known.mean()), 'height_MAE_mm': float(error.mean()) * 1e3,
+            'area_error': float((off / true_area[known]).mean()),
+            'area_bias': float((area / true_area)[known].mean()) - 1,
+            'height_within_1_sigma': float((error <= sigma[known]).mean()),
+            'height_within_2_sigma': float((error <= 2 * sigma[known]).mean()),
+            'area_within_1_sigma': float((off <= area_sigma[known]).mean()),
+            'area_within_2_sigma': float((off <= 2 * area_sigma[known]).mean())}
 
 
 LAYERS = Study('Prints in layers, each layer beside its truth', tasks, measure_print, rows,

@@ -12,7 +12,8 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.cross_section.method import measure_cross_sections
-from bpc_perception.core.measurement.cross_section.on_ink import Below, measure_on_ink
+from bpc_perception.core.measurement.cross_section.on_ink.below import Below
+from bpc_perception.core.measurement.cross_section.on_ink.method import measure_on_ink
 from bpc_perception.core.measurement.kept import answered, Kept
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.measurement.track import track_along
@@ -69,7 +70,8 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
         if layer == 0:
             found = measure_cross_sections(view, track, bed, config, index, contrast).samples
         else:
-            found = measure_on_ink(view, track, bed, config, index, below, contrast)
+            found = measure_on_ink(view, track, bed, config, index, below, contrast,
+                                   kept.samples.of(shown))
         chosen = np.flatnonzero(wanted[index])
         kept = kept.with_better(shown[index[chosen]], found.of(chosen))
     memory.kept = kept

@@ -26,6 +26,7 @@ from bpc_perception.core.measurement.track import Track, track_along
 from bpc_perception.core.measurement.travel import as_travel, look_at_travel
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.path.layers import ON_TRAVEL
 from bpc_perception.core.path.strokes import stroke_numbers
 from bpc_perception.core.path.tangents import tangents
 from bpc_perception.core.profile import Status, StatusArray, ThicknessProfile
@@ -81,7 +82,7 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     """
     started = time.perf_counter()
     expect_own_pixels(capture)
-    view = View(capture, T_base_camera)
+    view = View(capture, T_base_camera, number)
     path = path_before(capture, path)
     shown = view.surrounds(path.points, config.cross_section.reach * VIEW_MARGIN)
     bed = bed_around(view, path.points[shown] if shown.any() else path.points)
@@ -91,18 +92,20 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     memory = memory or PrintMemory()
     layer = (memory.layers.layers(path, stroke, bed).layer if config.method == LAYERED
              else np.zeros(len(path), np.intp))
+    places = Places(stroke, layer, shown)
     if (layer > 0).any():
-        samples = measure_layers(view, path, Places(stroke, layer, shown), bed, config, memory)
+        samples = measure_layers(view, path, places, bed, config, memory)
     else:
-        samples = measure_one_layer(view, path, stroke, shown, bed, config, memory, ground)
+        samples = measure_one_layer(view, path, places, bed, config, memory, ground)
         memory.kept = Kept.of(path, samples)
-    return profile_of(samples, stroke, capture, path, config.method, number, started)
+    return profile_of(samples, places, view, path, config.method, started)
 
 
-def measure_one_layer(view: View, path: DepositionPath, stroke: Index, shown: Flags, bed: Plane,
+def measure_one_layer(view: View, path: DepositionPath, places: Places, bed: Plane,
                       config: ThicknessConfig, memory: PrintMemory,
                       ground: Ground | None) -> Samples:
     """Measure strokes that all lie on the bed, and look at what lies between and below them."""
+    stroke, shown = places.stroke, places.shown
     samples = measure_strokes(view, path, stroke, shown, bed, config, memory)
     samples = look_at_travel(
         view, path, stroke, shown, samples, bed,
@@ -186,20 +189,26 @@ def measure_strokes(view: View, path: DepositionPath, stroke: Index, shown: Flag
     return samples.with_part(chosen, METHODS[config.method](view, track, bed, config, memory))
 
 
-def profile_of(samples: Samples, stroke: Index, capture: Capture, path: DepositionPath,
-               method: str, number: int, started: float) -> ThicknessProfile:
+def profile_of(samples: Samples, places: Places, view: View, path: DepositionPath, method: str,
+               started: float) -> ThicknessProfile:
     """Return the samples of a path as a profile; ``started`` is when measuring began [s]."""
     measured = samples.status == Status.MEASURED
-    left, right, left_distance, right_distance, sigma = (
+    left, right, left_distance, right_distance, sigma, *sizes = (
         np.where(measured.reshape(-1, *(1,) * (values.ndim - 1)), values, np.nan)
-        for values in (*samples.sides.arrays(), samples.sigma))
+        for values in (*samples.sides.arrays(), samples.sigma, *samples.sizes.arrays()))
+    _, _, height, height_sigma, area, area_sigma = sizes
     thickness = np.full(len(path), np.nan)
     thickness[measured] = np.linalg.norm(left[measured] - right[measured], axis=1)
-    thickness[samples.status == Status.GAP] = 0.0
+    gap = samples.status == Status.GAP
+    thickness[gap] = height[gap] = area[gap] = 0.0
     return ThicknessProfile(
-        stamp_ns=capture.stamp_ns, print_id=path.print_id, print_start_ns=path.start_ns,
-        capture=number, method=method, time=path.time, arc_length=path.arc_length,
+        stamp_ns=view.capture.stamp_ns, print_id=path.print_id, print_start_ns=path.start_ns,
+        capture=view.number, method=method, time=path.time, arc_length=path.arc_length,
         points=path.points, extruding=path.extruding, extruder_known=path.extruder_known,
-        stroke=stroke, status=samples.status.copy(),
+        stroke=places.stroke, status=samples.status.copy(),
         thickness=thickness, sigma=sigma, left=left_distance, right=right_distance,
-        left_points=left, right_points=right, processing_time=time.perf_counter() - started)
+        left_points=left, right_points=right,
+        layer=np.where(places.stroke > 0, places.layer, ON_TRAVEL),
+        height=height, height_sigma=height_sigma, area=area, area_sigma=area_sigma,
+        seen_in=np.where(samples.status == Status.NO_DATA, -1, samples.seen_in),
+        processing_time=time.perf_counter() - started)

@@ -2,13 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.measurement.side_points import interpolated, nearest, SidePoints
 from bpc_perception.core.profile import Status, StatusArray
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How much ink lies at each of N path points; NaN = not known.
+
+    Attributes:
+        crest, crest_sigma: (N,) height of the ink above its side points, with its 1-sigma
+            uncertainty [m].
+        height, height_sigma: (N,) of the ink above the surface before [m].
+        area, area_sigma: (N,) of its cross-section above the surface before [m^2].
+    """
+
+    crest: Array
+    crest_sigma: Array
+    height: Array
+    height_sigma: Array
+    area: Array
+    area_sigma: Array
+
+    def arrays(self) -> list[Array]:
+        """Return all arrays, in the order of the attributes."""
+        return [getattr(self, field.name) for field in fields(self)]
+
+    @classmethod
+    def unknown(cls, count: int) -> Sizes:
+        """Return sizes of which nothing is known."""
+        return cls(*[np.full(count, np.nan)] * len(fields(cls)))
 
 
 @dataclass(frozen=True)
@@ -19,34 +49,51 @@ class Samples:
         sides: the side points.
         status: (N,) values of Status.
         sigma: (N,) 1-sigma uncertainty of the width between the side points [m].
+        sizes: height and cross-section.
+        seen_in: (N,) number of the capture that it was found in; -1 = none.
     """
 
     sides: SidePoints
     status: StatusArray
     sigma: Array
+    sizes: Sizes
+    seen_in: Index
 
     def of(self, index: Index) -> Samples:
         """Return the samples of an index (K,)."""
         return Samples(SidePoints(*(values[index] for values in self.sides.arrays())),
-                       self.status[index], self.sigma[index])
+                       self.status[index], self.sigma[index],
+                       Sizes(*(values[index] for values in self.sizes.arrays())),
+                       self.seen_in[index])
 
     def at(self, place: Array) -> Samples:
         """Return the samples at places (K,), which are fractions of an index."""
-        return Samples(self.sides.at(place), self.status[nearest(place, len(self.status))],
-                       interpolated(self.sigma, place))
+        near = nearest(place, len(self.status))
+        return Samples(self.sides.at(place), self.status[near], interpolated(self.sigma, place),
+                       Sizes(*(interpolated(values, place) for values in self.sizes.arrays())),
+                       self.seen_in[near])
 
     def with_part(self, index: Index, part: Samples) -> Samples:
         """Return these samples with those of an index (K,) replaced by a part (K,)."""
-        sides = [values.copy() for values in self.sides.arrays()]
-        for values, new in zip(sides, part.sides.arrays(), strict=True):
-            values[index] = new
-        status, sigma = self.status.copy(), self.sigma.copy()
-        status[index], sigma[index] = part.status, part.sigma
-        return Samples(SidePoints(*sides), status, sigma)
+        sides, sizes = (
+            [_replaced(old, index, new) for old, new in zip(
+                values.arrays(), others.arrays(), strict=True)]
+            for values, others in ((self.sides, part.sides), (self.sizes, part.sizes)))
+        return Samples(SidePoints(*sides), _replaced(self.status, index, part.status),
+                       _replaced(self.sigma, index, part.sigma), Sizes(*sizes),
+                       _replaced(self.seen_in, index, part.seen_in))
+
+
+def _replaced(values: NDArray[Any], index: Index, part: NDArray[Any]) -> NDArray[Any]:
+    """Return values (N, ...) with those of an index (K,) replaced by a part (K, ...)."""
+    changed = values.copy()
+    changed[index] = part
+    return changed
 
 
 def unseen(count: int) -> Samples:
     """Return samples of which nothing is known."""
     blank = np.full((count, 3), np.nan)
     return Samples(SidePoints(blank, blank, blank[:, 0], blank[:, 0]),
-                   np.full(count, Status.NO_DATA, np.uint8), blank[:, 0])
+                   np.full(count, Status.NO_DATA, np.uint8), blank[:, 0], Sizes.unknown(count),
+                   np.full(count, -1))

@@ -22,10 +22,12 @@ class View:
     Attributes:
         capture: image, organized cloud and intrinsics.
         T_base_camera: (4, 4) pose of the camera's optical frame in the base frame.
+        number: of the capture within the print.
     """
 
     capture: Capture
     T_base_camera: Array
+    number: int = 0
 
     @cached_property
     def T_camera_base(self) -> Array:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from perception_builders import path_through
 
 from bpc_perception.core.measurement.kept import Kept
 from bpc_perception.core.measurement.layered import away_from_above, with_covered
 from bpc_perception.core.measurement.samples import Samples, unseen
-from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.profile import Status
 
 MM = 1e-3
@@ -18,8 +19,7 @@ PATH = path_through(np.column_stack((np.arange(COUNT) * MM, np.zeros((COUNT, 2))
 
 def samples(status: list[Status], sigma: list[float]) -> Samples:
     """Samples of which only status and sigma matter."""
-    made = unseen(len(status))
-    return Samples(SidePoints(*made.sides.arrays()), np.array(status, np.uint8), np.array(sigma))
+    return replace(unseen(len(status)), status=np.array(status, np.uint8), sigma=np.array(sigma))
 
 
 def test_the_best_look_is_kept() -> None:

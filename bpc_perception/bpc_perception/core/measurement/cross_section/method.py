@@ -30,6 +30,7 @@ from bpc_perception.core.measurement.cross_section.judgement import (
 )
 from bpc_perception.core.measurement.cross_section.sections.sampling import lay_sections
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
+from bpc_perception.core.measurement.cross_section.size import sizes_on_bed
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_step
 from bpc_perception.core.measurement.side_points import SidePoints
@@ -87,8 +88,11 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
     picture = read_picture(view, sections, track.extruding[index], bed, config, known)
     left, right = picture.left, picture.right
     sigma = width_sigma(left, right, sections.pixel, config.cross_section)
-    return CrossSections(Samples(side_points(sections, left, right), picture.status, sigma),
-                         picture.contrast)
+    sides = points_beside(sections, left.distance, right.distance)
+    return CrossSections(
+        Samples(sides, picture.status, sigma, sizes_on_bed(sections, sides, sigma, bed),
+                np.full(len(index), view.number)),
+        picture.contrast)
 
 
 def read_picture(view: View, sections: Sections, extruding: Flags, bed: Plane,
@@ -142,11 +146,10 @@ def appearance_along(sections: Sections, extruding: Flags, known: Contrast | Non
         near.astype(np.intp))
 
 
-def side_points(sections: Sections, left: Edges, right: Edges) -> SidePoints:
-    """Return the side points at the edges of N sections."""
-    return SidePoints(sections.foot + left.distance[:, None] * sections.lateral,
-                      sections.foot - right.distance[:, None] * sections.lateral,
-                      left.distance, right.distance)
+def points_beside(sections: Sections, left: Array, right: Array) -> SidePoints:
+    """Return the side points of N sections at distances (N,) from the path [m]."""
+    return SidePoints(sections.foot + left[:, None] * sections.lateral,
+                      sections.foot - right[:, None] * sections.lateral, left, right)
 
 
 def width_sigma(left: Edges, right: Edges, pixel: float, config: CrossSectionConfig) -> Array:

@@ -23,7 +23,7 @@ from bpc_perception.core.measurement.paper.visibility import (
     obstacle_near_path,
     visibility,
 )
-from bpc_perception.core.measurement.samples import Samples
+from bpc_perception.core.measurement.samples import Samples, Sizes
 from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.tangents import tangents
@@ -51,7 +51,8 @@ def measure_as_published(view: View, track: Track, bed: Plane,
         [seen, Status.LOW_CONFIDENCE, Status.GAP, Status.LOW_CONFIDENCE],
         Status.MEASURED).astype(np.uint8)
     distance = np.linalg.norm(points - view.viewpoint, axis=1)
-    return Samples(sides, status, pixel_edge_sigma(distance, view.capture.camera.focal_length))
+    return Samples(sides, status, pixel_edge_sigma(distance, view.capture.camera.focal_length),
+                   Sizes.unknown(len(points)), np.full(len(points), view.number))
 
 
 def contours_3d(view: View, config: ThicknessConfig) -> list[Array]:

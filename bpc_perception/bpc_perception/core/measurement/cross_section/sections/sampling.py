@@ -91,8 +91,7 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
         beside=territory.beside_at(offset), clearance=territory.clearance,
         foreign=territory.foreign_at(offset),
         colour=colours_at(view.capture.image, uv), height=height,
-        place=(np.empty((len(index), 0), np.float32) if footing is None
-               else distances_along(view, seen, lines)))
+        place=distances_along(view, seen, lines))
 
 
 def sample_offsets(reach: float, pixel: float) -> Array:

@@ -11,8 +11,7 @@ from bpc_perception.core.measurement.scale import steady_window
 SAMPLE_STEP_PX = 0.5  # between samples of a section
 # The fields with one entry a section, along their first axis.
 PER_SECTION = ('piece', 'along', 'foot', 'lateral', 'lean', 'inside', 'hidden', 'depth', 'raised',
-               'beside', 'foreign', 'colour', 'height',
-               'place')
+               'beside', 'foreign', 'colour', 'height', 'place')
 
 
 @dataclass(frozen=True)
@@ -38,8 +37,7 @@ class Sections:
         foreign: (N, M) whether another pass of the same layer is nearer than this one.
         colour: (N, M, 3) RGB.
         height, place: (N, M) of the cloud at each sample: above the foot, and how far to the left
-            of the path, which height makes differ from the offset [m]; NaN = no point. Where the
-            surface told the feet, places are not asked for: (N, 0).
+            of the path, which height makes differ from the offset [m]; NaN = no point.
     """
 
     piece: Index

@@ -9,14 +9,13 @@ from perception_builders import one_piece
 import pytest
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.measurement.cross_section.bead import fit_beads
-from bpc_perception.core.measurement.cross_section.on_ink import (
-    Beneath,
+from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads, rough_beads
+from bpc_perception.core.measurement.cross_section.on_ink.below import Beneath
+from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
+from bpc_perception.core.measurement.cross_section.on_ink.known import (
     best_of,
-    breaks_off,
     carried_along,
     mean_of,
-    rough_beads,
 )
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 

@@ -1,0 +1,124 @@
+"""The section of a bead: how high it is, and how much ink it holds.
+
+Between the edges that the picture shows, u = -1 .. 1, a bead is h = d + s (1 - u^2)(1 + r u^2)
+above the feet of its section. r = 0 is a parabola, which describes a laid bead as well as an arc
+or a cosine [Suryakumar et al. 2011; Xiong et al. 2013, of welded beads]; r near 1 is a flat one
+with round edges. The shape r is that of a centimetre of path. Rise s and level d are fitted to the
+cloud of a millimetre: the cloud is noisier than a bead is uneven. So missing flanks are bridged.
+
+A cloud that lies below the surface of the ink, as it does where light goes into it, meets the feet
+before the edges: d is below 0. Then nothing is told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.filters import masked_median, running_median, windows_around
+from bpc_perception.core.measurement.cross_section.pooled_fit import (
+    pooled_fit,
+    PooledFit,
+    spread_of,
+    UNKNOWN_M,
+)
+
+POOLED_M, SHAPED_M = 7e-4, 5e-3  # to either side along the path: of height, of shape
+FITTED = 0.85  # of half a width; farther out points are rare, and mixed with what lies beside
+CENTRAL = 0.3
+ROUNDS = 3
+OUTLIER_SIGMAS = 3.0
+WILD_M = 2e-3  # from what is usual along the path: no point of the bead
+ROUNDNESS_SIGMA, LEAST_ROUND, MOST_ROUND = 0.3, -0.4, 1.5  # of r, as it is among beads
+TOO_DEEP_SIGMAS, TOO_DEEP_M = 3.0, 5e-5
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """The sections of N beads; NaN where the cloud does not tell.
+
+    Attributes:
+        level: (N,) d, height of the bead's feet above those of its section [m].
+        rise: (N,) s [m].
+        roundness: (N,) r.
+        covariance: (N, 2, 2) of level and rise [m^2].
+        deep: (N,) whether the cloud lies below the surface of the ink.
+    """
+
+    level: Array
+    rise: Array
+    roundness: Array
+    covariance: Array
+    deep: Flags
+
+    def at(self, u: Array) -> Array:
+        """Return how high the ink is above the feet of the sections (N, K) at places (K,) [m]."""
+        return self.level[:, None] + self.rise[:, None] * shape(u, self.roundness[:, None])
+
+    @property
+    def crest(self) -> tuple[Array, Array]:
+        """How high the highest place is above the feet of the sections, and its sigma (N,) [m]."""
+        with np.errstate(invalid='ignore', divide='ignore'):
+            place = np.sqrt(np.where(self.roundness > 1, (1 - 1 / self.roundness) / 2, 0.0))
+        high = shape(place, self.roundness)
+        return self.level + self.rise * high, self.sigma_of(np.ones_like(high), high)
+
+    def sigma_of(self, of_level: Array, of_rise: Array) -> Array:
+        """Return the 1-sigma uncertainty (N,) of sums of level and rise [m]."""
+        part = np.stack((of_level, of_rise), axis=1)
+        return np.sqrt(np.einsum('ni,nij,nj->n', part, self.covariance, part))
+
+
+def shape(u: Array, roundness: Array) -> Array:
+    """Return the height of a bead of rise 1 at u, -1 .. 1 from edge to edge."""
+    return np.asarray((1 - u**2) * (1 + roundness * u**2))
+
+
+def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma: Array,
+               repeated: float = 1.0) -> Shapes:
+    """Fit sections of beads to points of the cloud.
+
+    Args:
+        u: (N, M) of points across N beads, -1 .. 1 from edge to edge; NaN = none.
+        height: (N, M) of the same points above the feet of the sections [m].
+        piece: (N,) number of the piece of path that each is on, never falling.
+        spacing: between path points [m].
+        foot_sigma: (N,) 1-sigma uncertainty of the feet of the sections [m].
+        repeated: how often each point of the cloud is among those given.
+    """
+    near, wide = (windows_around(piece, round(reach / spacing)) for reach in (POOLED_M, SHAPED_M))
+    usual = running_median(masked_median(height, np.abs(u) < CENTRAL),
+                           2 * round(SHAPED_M / spacing) + 1, piece)
+    fitted = (np.abs(u) <= FITTED) & (np.abs(height - usual[:, None]) < WILD_M)
+    basis = (np.ones_like(u), 1 - u**2, u**2 * (1 - u**2))
+    bend_sigma = ROUNDNESS_SIGMA * np.abs(usual)
+    noise = WILD_M * np.sqrt(repeated)
+    for _ in range(ROUNDS):
+        free = pooled_fit(basis, height, fitted, wide, noise, (UNKNOWN_M, UNKNOWN_M, bend_sigma))
+        residual = free.residual(basis, height)
+        spread = spread_of(residual, fitted)
+        noise = spread * np.sqrt(repeated)
+        fitted &= np.abs(residual) <= OUTLIER_SIGMAS * spread
+    # No ink is more pointed than a parabola: fitted by one, its feet would lie too high.
+    deep = np.any([_below_feet(pooled_fit(basis[:count], height, fitted, wide, noise, (
+        UNKNOWN_M, UNKNOWN_M, bend_sigma)[:count]), foot_sigma) for count in (2, 3)], axis=0)
+    level, rise, bend = pooled_fit(basis, height, fitted, wide, noise,
+                                    (foot_sigma, UNKNOWN_M, bend_sigma)).values.T
+    with np.errstate(invalid='ignore', divide='ignore'):
+        roundness = np.clip(bend / rise, LEAST_ROUND, MOST_ROUND)
+    here = pooled_fit((basis[0], shape(u, roundness[:, None])), height - level[:, None],
+                       fitted & np.isfinite(roundness)[:, None], near, noise,
+                       (foot_sigma, UNKNOWN_M))
+    good = (here.values[:, 1] > 0) & ~deep
+    level, rise, roundness = (np.where(good, values, np.nan) for values in (
+        level + here.values[:, 0], here.values[:, 1], roundness))
+    return Shapes(level, rise, roundness, np.where(good[:, None, None], here.covariance, np.nan),
+                  deep)
+
+
+def _below_feet(fit: PooledFit, foot_sigma: Array) -> Flags:
+    """Return where (N,) beads come down to their edges below the feet of their sections."""
+    unsure = np.sqrt(fit.covariance[:, 0, 0] + foot_sigma**2)
+    return np.asarray(fit.values[:, 0] < -np.maximum(TOO_DEEP_M, TOO_DEEP_SIGMAS * unsure))

@@ -1,0 +1,203 @@
+"""What lies below a stroke on ink: how high its feet are, and the surface before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.geometry import Plane, unit_vectors
+from bpc_perception.core.measurement.cross_section.height import shape
+from bpc_perception.core.measurement.cross_section.sections.sections import Sections
+from bpc_perception.core.measurement.cross_section.sections.territory import find_nearest
+from bpc_perception.core.measurement.cross_section.size import MIDDLE, U
+from bpc_perception.core.measurement.samples import Samples
+from bpc_perception.core.measurement.side_points import SidePoints
+from bpc_perception.core.measurement.track import Track
+from bpc_perception.core.profile import Status
+
+# Of the height of a bead's foot below the nozzle, where it lies on ink and where it hangs.
+SUPPORTED_FOOT_SIGMA_M, HANGING_FOOT_SIGMA_M = 4e-5, 1e-4
+HANGS = 1.5  # layers above the next ink below
+# Of the first layer, every so many path points within a reach tell how the bed lies, if they are
+# not all on a line.
+BED_STEP, BED_REACH_M, LEAST_SPREAD_M = 5, 6e-3, 2e-4
+# Ink of a layer below goes on where its path is so much nearer than the section's own, from this
+# share of its width on.
+MUCH_NEARER, WITHIN = 0.8, 0.4
+UNSEEN_SIGMA = 0.2  # of the height of ink below that was not measured, as a share of it
+
+
+@dataclass(frozen=True)
+class Below:
+    """What is known of the layers below.
+
+    Attributes:
+        clearance: how high above the feet of beads the nozzle passes [m].
+        width: of the ink below [m].
+    """
+
+    clearance: float
+    width: float
+
+
+@dataclass(frozen=True)
+class Beneath:
+    """How far below the nozzle's height at N beads it had passed over ink under them; NaN = none.
+
+    Attributes:
+        lowest, highest: (N,) of that ink [m].
+    """
+
+    lowest: Array
+    highest: Array
+
+    @property
+    def layer_height(self) -> float:
+        """From the layer below to this one [m]; 0 = not known."""
+        known = np.isfinite(self.highest)
+        return float(self.highest[known].min()) if known.any() else 0.0
+
+
+def normals_below(track: Track, index: Index, bed: Plane) -> Array:
+    """Return the normals (N, 3) of the bed below points of a track, which may bend.
+
+    The nozzle kept its height above the bed along the first layer.
+    """
+    first = np.flatnonzero(track.layer == 0)[::BED_STEP]
+    axes = bed.coordinates(np.eye(3))
+    asked = np.arange(0, len(index) + BED_STEP - 1, BED_STEP).clip(max=len(index) - 1)
+    slope = np.zeros((len(asked), 2))
+    if len(first):
+        place, height = bed.coordinates(track.points[first]), bed.height(track.points[first])
+        there = bed.coordinates(track.points[index[asked]])
+        near = cKDTree(place).query_ball_point(there, BED_REACH_M)
+        for number, found in enumerate(near):
+            if len(found) > 2:
+                off = place[found] - place[found].mean(axis=0)
+                rise = height[found] - height[found].mean()
+                # Across a single line nothing is known: then it is taken to be level.
+                slope[number] = np.linalg.solve(
+                    off.T @ off + len(found) * LEAST_SPREAD_M**2 * np.eye(2), off.T @ rise)
+    every = np.arange(len(index))
+    slope = np.stack([np.interp(every, asked, each) for each in slope.T], axis=1)
+    return unit_vectors(bed.normal - slope @ axes.T)
+
+
+def ink_beneath(track: Track, index: Index, bed: Plane, width: float) -> Beneath:
+    """Return which ink lies under beads.
+
+    Args:
+        track: P points.
+        index: (N,) of the beads, all of one layer.
+        bed: plane of the bed.
+        width: of the ink below [m].
+    """
+    lowest, highest = np.full((2, len(index)), np.nan)
+    lower = np.flatnonzero((track.layer >= 0) & (track.layer < track.layer[index].min()))
+    height = bed.height(track.points)
+    if len(lower):
+        found = cKDTree(bed.coordinates(track.points[lower])).query_ball_point(
+            bed.coordinates(track.points[index]), width / 2)
+        for number, near in enumerate(found):
+            if near:
+                heights = height[lower[near]]
+                lowest[number] = height[index[number]] - heights.min()
+                highest[number] = height[index[number]] - heights.max()
+    return Beneath(lowest, highest)
+
+
+def goes_on_beside(sections: Sections, track: Track, index: Index, bed: Plane,
+                   below: float) -> Flags:
+    """Return where (N, M) ink of a layer below goes on beside the bead, so that it has no edge.
+
+    Args:
+        sections: N sections with M samples each.
+        track: P points.
+        index: (N,) of the sections, all of one layer.
+        bed: plane of the bed.
+        below: width of the ink below [m].
+    """
+    lower = (track.layer >= 0) & (track.layer < track.layer[index].min())
+    if not lower.any():
+        return np.zeros(sections.foreign.shape, bool)
+    _, away = find_nearest(bed.coordinates(track.points[lower]), bed.coordinates(sections.foot),
+                           bed.coordinates(sections.lateral), sections.offset)
+    # A strand that runs along below has edges of its own there, which are told apart by the cloud.
+    out = np.abs(sections.offset)
+    return np.asarray((away < below / 2 + sections.pixel) & (away < MUCH_NEARER * out)
+                      & (out > WITHIN * below))
+
+
+def foot_sigma(beneath: Beneath) -> Array:
+    """Return the 1-sigma uncertainty (N,) of how high the feet of beads are [m]."""
+    return np.where(beneath.highest < HANGS * beneath.layer_height, SUPPORTED_FOOT_SIGMA_M,
+                    HANGING_FOOT_SIGMA_M)
+
+
+@dataclass(frozen=True)
+class LowerInk:
+    """Ink of the layer below, at L points of its path.
+
+    Attributes:
+        foot: (L, 3) middle between its side points, in the base frame [m].
+        half: (L,) half of its width [m].
+        crest, sigma: (L,) its height above the foot, with its 1-sigma uncertainty [m].
+    """
+
+    foot: Array
+    half: Array
+    crest: Array
+    sigma: Array
+
+    def surface(self, sections: Sections, sides: SidePoints, roundness: Array, normal: Array,
+                bed: Plane) -> tuple[Array, Array]:
+        """Return how high it is under N beads, and its sigma (N,) in their middle [m].
+
+        That is above the feet of the sections (N, K) at ``U``; -inf where it does not lie.
+
+        Args:
+            sections: N sections.
+            sides: where the beads end.
+            roundness: (N,) of the beads; the ink below is taken to be as round.
+            normal: (N, 3) of the bed below them.
+            bed: plane of the bed.
+        """
+        middle, reach = (sides.left + sides.right) / 2, (sides.left - sides.right) / 2
+        place = middle[:, None] + U[:, None] * reach[:, None]
+        place = np.where(np.isfinite(place), place, sections.foot[:, None])
+        away, nearest = cKDTree(bed.coordinates(self.foot)).query(bed.coordinates(place))
+        u = away / self.half[nearest]
+        foot = np.einsum('nki,ni->nk', self.foot[nearest] - sections.foot[:, None], normal)
+        high = foot + self.crest[nearest] * shape(u, roundness[:, None])
+        return np.where(u < 1, high, -np.inf), self.sigma[nearest[:, MIDDLE]]
+
+
+def ink_of_layer_below(track: Track, layer: int, bed: Plane, below: Below,
+                       laid: Samples) -> LowerInk | None:
+    """Return the ink that a layer lies on; None = nothing is known of its height.
+
+    Where it was not measured, it is taken to be like the rest of its layer.
+
+    Args:
+        track: P points.
+        layer: the layer above.
+        bed: plane of the bed.
+        below: what is known of all ink below.
+        laid: what is known of the P points.
+    """
+    lower = np.flatnonzero((track.layer == layer - 1) & (laid.status != Status.GAP))
+    ink = laid.of(lower)
+    measured = np.asarray((ink.status == Status.MEASURED) & np.isfinite(ink.sizes.crest))
+    if not measured.any():
+        return None
+    usual = float(np.median(ink.sizes.crest[measured]))
+    return LowerInk(
+        foot=np.where(measured[:, None], (ink.sides.left + ink.sides.right) / 2,
+                      track.points[lower] - below.clearance * bed.normal),
+        half=np.where(measured, ink.sides.left_distance + ink.sides.right_distance,
+                      below.width) / 2,
+        crest=np.where(measured, ink.sizes.crest, usual),
+        sigma=np.where(measured, ink.sizes.crest_sigma, UNSEEN_SIGMA * usual))

@@ -1,0 +1,93 @@
+"""Strokes that lie on ink: by the picture where bed is beside them, else by the cloud.
+
+Where the same ink lies below, colour tells no edge: the strand below goes on beside the one above.
+The cloud shows where the upper bead comes down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bpc_perception.core.arrays import Array, Index
+from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.geometry import Plane
+from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
+from bpc_perception.core.measurement.cross_section.method import (
+    Picture,
+    points_beside,
+    read_picture,
+)
+from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads, rough_beads
+from bpc_perception.core.measurement.cross_section.on_ink.below import (
+    Below,
+    foot_sigma,
+    goes_on_beside,
+    ink_beneath,
+    ink_of_layer_below,
+    normals_below,
+)
+from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
+from bpc_perception.core.measurement.cross_section.on_ink.widths import find_widths, Widths
+from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
+from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
+from bpc_perception.core.measurement.cross_section.sections.sections import Sections
+from bpc_perception.core.measurement.cross_section.size import shapes_between, sizes
+from bpc_perception.core.measurement.samples import Samples, Sizes
+from bpc_perception.core.measurement.track import Track
+from bpc_perception.core.measurement.view import View
+from bpc_perception.core.profile import Status, StatusArray
+
+
+def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,
+                   below: Below, known: Contrast | None, laid: Samples) -> Samples:
+    """Measure points of a track that lie on ink, all of one layer.
+
+    Args:
+        view: the capture.
+        track: P points of a path, all that ink in view may come from.
+        bed: plane of the bed.
+        config: how to measure.
+        index: (N,) of the points to measure.
+        below: what is known of the ink below.
+        known: the contrast of the whole print; None = not known.
+        laid: what is known of the P points.
+    """
+    normal = normals_below(track, index, bed)
+    sections = lay_sections(view, track, index, bed, config, Footing(below.clearance, normal))
+    middle, width = rough_beads(sections)
+    goes_on = goes_on_beside(sections, track, index, bed, below.width)
+    sections = replace(sections, foreign=sections.foreign | goes_on)
+    picture = read_picture(view, sections, track.extruding[index], bed, config, known)
+    beneath = ink_beneath(track, index, bed, below.width)
+    cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
+    widths = find_widths(sections, apparent_slope(view, sections, bed), beneath,
+                         (picture.left, picture.right), cliffs,
+                         config.cross_section.edge_sigma * sections.pixel,
+                         fit_beads(sections, middle, width))
+    sides = points_beside(sections, widths.left, widths.right)
+    shapes = shapes_between(sections, sides, normal, foot_sigma(beneath))
+    lower = ink_of_layer_below(track, int(track.layer[index[0]]), bed, below, laid)
+    return Samples(
+        sides, judged(sections, picture, widths), widths.sigma,
+        Sizes.unknown(len(index)) if lower is None else sizes(
+            shapes, sides, widths.sigma,
+            *lower.surface(sections, sides, shapes.roundness, normal, bed)),
+        np.full(len(index), view.number))
+
+
+def apparent_slope(view: View, sections: Sections, bed: Plane) -> Array:
+    """Return how far (N,) places seem to be shifted to the left, per height above the foot."""
+    to_camera = view.viewpoint - sections.foot
+    across = np.einsum('nk,nk->n', to_camera, sections.lateral)
+    return np.asarray(across / (to_camera @ bed.normal))
+
+
+def judged(sections: Sections, picture: Picture, widths: Widths) -> StatusArray:
+    """Return what is known of each sample, as values of Status (N,)."""
+    unseen = np.isin(picture.status, (Status.OCCLUDED, Status.NO_DATA))
+    crossing = meets_other_pass(sections, widths.width, np.ones(len(unseen), bool))
+    return np.select([unseen, crossing, widths.sure],
+                     [picture.status, Status.JUNCTION, Status.MEASURED],
+                     Status.LOW_CONFIDENCE).astype(np.uint8)

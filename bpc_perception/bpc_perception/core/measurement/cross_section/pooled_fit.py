@@ -1,0 +1,73 @@
+"""Least squares along a path: points of neighbouring sections are fitted together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bpc_perception.core.arrays import Array, Flags, Index
+
+LEAST_POINTS = 12
+UNKNOWN_M = 1.0  # 1-sigma of what nothing is known of beforehand
+
+
+def spread_of(residual: Array, fitted: Flags) -> float:
+    """Return the standard deviation of what was fitted, whatever outliers are among it."""
+    known = fitted & np.isfinite(residual)
+    return 1.4826 * float(np.median(np.abs(residual[known]))) if known.any() else np.nan
+
+
+@dataclass(frozen=True)
+class PooledFit:
+    """Coefficients (N, K) of N fits, and their covariance (N, K, K); NaN = too few points."""
+
+    values: Array
+    covariance: Array
+
+    def residual(self, basis: tuple[Array, ...], height: Array) -> Array:
+        """Return how far heights (N, M) lie above the fits."""
+        return np.asarray(height - sum(part * value[:, None] for part, value in zip(
+            basis, self.values.T, strict=True)))
+
+
+def pooled_fit(basis: tuple[Array, ...], height: Array, fitted: Flags,
+                window: tuple[Index, Index], noise: float,
+                sigmas: tuple[Array | float, ...]) -> PooledFit:
+    """Fit heights (N, M) by sums of a basis of K functions (N, M), of rows in a window together.
+
+    Args:
+        basis: the functions.
+        height: of the points.
+        fitted: (N, M) which of them count.
+        window: first row of each, and that behind its last.
+        noise: 1-sigma of a point [m].
+        sigmas: (N,) or one for all, how far each coefficient may be from 0, as known beforehand.
+    """
+    parts = [np.where(fitted, part, 0.0) for part in basis]
+    high = np.where(fitted, height, 0.0)
+    count = len(parts)
+    products = [np.einsum('nm,nm->n', parts[i], other) for i in range(count)
+                for other in (*parts[i:], high)]
+    sums = iter(_windowed(np.stack((*products, fitted.sum(axis=1)), axis=1), window).T)
+    normal, right = np.empty((len(height), count, count)), np.empty((len(height), count))
+    for i in range(count):
+        for j in range(i, count):
+            normal[:, i, j] = normal[:, j, i] = next(sums)
+        right[:, i] = next(sums)
+    enough = (next(sums) >= LEAST_POINTS) & np.isfinite(noise)
+    for i, sigma in enumerate(sigmas):
+        with np.errstate(divide='ignore'):
+            normal[:, i, i] += (noise / np.asarray(sigma)) ** 2
+    enough &= np.isfinite(normal).all(axis=(1, 2))
+    values, covariance = np.full(right.shape, np.nan), np.full(normal.shape, np.nan)
+    inverse = np.linalg.inv(normal[enough])
+    values[enough] = np.einsum('nij,nj->ni', inverse, right[enough])
+    covariance[enough] = inverse * noise**2
+    return PooledFit(values, covariance)
+
+
+def _windowed(values: Array, window: tuple[Index, Index]) -> Array:
+    """Return the sums (N, K) of values (N, K) over windows."""
+    total = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
+    return np.asarray(total[window[1]] - total[window[0]])

@@ -1,0 +1,66 @@
+"""Height and area of beads whose sections can be summed up by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.measurement.cross_section.height import Shapes
+from bpc_perception.core.measurement.cross_section.size import sizes, U
+from bpc_perception.core.measurement.samples import Sizes
+from bpc_perception.core.measurement.side_points import SidePoints
+
+MM = 1e-3
+WIDTH, RISE = 2 * MM, 0.6 * MM
+SIDES = SidePoints(np.array(((0.0, 1.0, 0.0),)) * MM, np.array(((0.0, -1.0, 0.0),)) * MM,
+                   np.array((WIDTH / 2,)), np.array((WIDTH / 2,)))
+FLAT = np.zeros((1, len(U)))
+
+
+def sized(before: Array, level: float = 0.0, roundness: float = 0.0,
+          before_sigma: float = 0.0) -> Sizes:
+    """A bead, of which level and rise are known to 0.01 mm each."""
+    shapes = Shapes(np.array((level,)), np.array((RISE,)), np.array((roundness,)),
+                    np.eye(2)[None] * (0.01 * MM)**2, np.array((False,)))
+    return sizes(shapes, SIDES, np.array((0.02 * MM,)), before, np.array((before_sigma,)))
+
+
+def test_a_parabola_on_the_bed_holds_two_thirds_of_its_box() -> None:
+    found = sized(FLAT, level=-1e-9)
+    assert found.height[0] == pytest.approx(RISE, rel=1e-5)
+    assert found.area[0] == pytest.approx(2 / 3 * WIDTH * RISE, rel=1e-5)
+    # Of level and rise: the area is width (d + 2/3 s); its width is known to 1 %.
+    assert found.area_sigma[0] == pytest.approx(np.sqrt(
+        (WIDTH * 0.01 * MM)**2 * (1 + 4 / 9) + (0.01 * found.area[0])**2), rel=1e-4)
+    assert found.height_sigma[0] == pytest.approx(np.sqrt(2) * 0.01 * MM, rel=1e-6)
+
+
+def test_a_flat_bead_holds_more() -> None:
+    """The integral of 1 - u^4 is 4/5 of its box."""
+    assert sized(FLAT, roundness=1.0).area[0] == pytest.approx(4 / 5 * WIDTH * RISE, rel=1e-6)
+
+
+def test_what_lay_there_before_is_no_ink_of_the_bead() -> None:
+    """A wall: the same bead, 0.4 mm lower. From its foot on inside, all of it outside."""
+    found = sized(RISE * (1 - U**2)[None] - 0.4 * MM, before_sigma=0.03 * MM)
+    assert found.height[0] == pytest.approx(0.4 * MM)
+    border = np.sqrt(1 / 3)  # where the bead below is as high as the foot
+    inside = 0.4 * MM * border
+    outside = RISE * ((1 - border) - (1 - border**3) / 3)
+    assert found.area[0] == pytest.approx(WIDTH * (inside + outside), rel=5e-3)
+    assert found.height_sigma[0] == pytest.approx(np.hypot(np.sqrt(2) * 0.01, 0.03) * MM)
+
+
+def test_a_strand_that_hangs_counts_from_its_own_foot() -> None:
+    found = sized(np.full_like(FLAT, -np.inf), level=0.2 * MM)
+    assert found.height[0] == pytest.approx(RISE)
+    assert found.area[0] == pytest.approx(2 / 3 * WIDTH * RISE, rel=1e-6)
+    assert found.crest[0] == pytest.approx(RISE + 0.2 * MM)
+    assert found.height_sigma[0] == pytest.approx(0.01 * MM)
+
+
+def test_where_the_surface_before_is_not_known_nothing_is() -> None:
+    found = sized(np.full_like(FLAT, np.nan), before_sigma=np.nan)
+    assert np.isnan(found.height[0])
+    assert np.isnan(found.area[0])
