@@ -126,7 +126,8 @@ def on_one_layer(count: int) -> dict[str, NDArray[Any]]:
     """Samples on the bed, found in the first capture, of which no height is known."""
     unknown = np.full(count, np.nan)
     return {'layer': np.zeros(count, np.intp), 'seen_in': np.zeros(count, np.intp),
-            'height': unknown, 'height_sigma': unknown, 'area': unknown, 'area_sigma': unknown}
+            'height': unknown, 'height_sigma': unknown, 'area': unknown, 'area_sigma': unknown,
+            'commanded_area': unknown}
 
 
 def one_piece(count: int) -> Index:

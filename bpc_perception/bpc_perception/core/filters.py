@@ -21,6 +21,8 @@ def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
         values: (N, M, ...) numbers.
         mask: (N, M) which of them count; NaN is the median of none.
     """
+    if not values.shape[1]:
+        return np.full((len(values), *values.shape[2:]), np.nan)
     # Values that are compared lie side by side in memory, which makes sorting fast.
     ordered = np.moveaxis(values, 1, -1).copy()
     shown = mask.reshape(len(mask), *(1,) * (values.ndim - 2), -1)

@@ -90,6 +90,8 @@ class ThicknessProfile:
             uncertainty [m]; NaN unless MEASURED where the cloud tells, or GAP (0).
         area, area_sigma: (N,) the same of its cross-section [m^2].
         seen_in: (N,) number of the capture that each was found in; -1 = none.
+        commanded_area: (N,) volume of ink that was commanded per length of path [m^2]; NaN = not
+            known, 0 on travel.
         processing_time: from everything at hand to this result [s].
     """
 
@@ -117,6 +119,7 @@ class ThicknessProfile:
     area: Array
     area_sigma: Array
     seen_in: Index
+    commanded_area: Array
     processing_time: float
 
     @classmethod
@@ -126,7 +129,7 @@ class ThicknessProfile:
         return cls(stamp_ns, '', stamp_ns, 0, '', nothing, nothing, points, nothing.astype(bool),
                    nothing.astype(bool), nothing.astype(np.intp), nothing.astype(np.uint8),
                    nothing, nothing, nothing, nothing, points, points, nothing.astype(np.intp),
-                   nothing, nothing, nothing, nothing, nothing.astype(np.intp), 0.0)
+                   nothing, nothing, nothing, nothing, nothing.astype(np.intp), nothing, 0.0)
 
     def __len__(self) -> int:
         return len(self.time)

@@ -21,7 +21,7 @@ from bpc_perception.messages.array_fields import (
 )
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
-SIZES = 'height', 'height_sigma', 'area', 'area_sigma'
+SIZES = 'height', 'height_sigma', 'area', 'area_sigma', 'commanded_area'
 # Arrays with one element a sample that older recordings do not have.
 NEWER = 'extruder_known', 'stroke', 'layer', 'seen_in', *SIZES
 # Arrays with one element a stroke; older recordings have none.

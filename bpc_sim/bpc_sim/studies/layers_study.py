@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bpc_perception.core.amounts import amount_of
 from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
@@ -31,6 +32,7 @@ CAMERA_M, SIZE_PX = 0.30, (304, 228)  # 0.17 mm a pixel
 DEPTH_NOISE_M = 8e-5  # at 0.4 m; 0.045 mm at the camera's distance
 CAPTURE_PERIOD_S = 3.0
 TILTS_DEG = (0.0, 25.0)
+VOLUME_STEPS = 400  # along a stroke, of its true volume
 END_M = 3e-4  # from the end of a stroke, within which any answer is right
 NAMES = ('stack', 'wall', 'lattice', 'lattice_curved')
 
@@ -43,11 +45,13 @@ class MeasuredLayers:
         name: of the scenario.
         layers: the widths beside the truth, layer by layer.
         sizes: heights and areas beside the truth, layer by layer.
+        volumes: (3, S) of the strokes of each layer: measured, its sigma, and in truth [m^3].
     """
 
     name: str
     layers: list[Comparison]
     sizes: list[Sizes]
+    volumes: list[Array]
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,8 @@ def measure_print(task: tuple[str, float, int]) -> MeasuredLayers:
     config = ThicknessConfig(maximum_tip_height=0.02)
     for number, capture in enumerate(captures(job)):
         profile = measure(capture, path, job.view.T_base_camera, config, number, memory)
-    return MeasuredLayers(name, compare_layers(job, profile), compare_sizes(job, profile))
+    return MeasuredLayers(name, compare_layers(job, profile), compare_sizes(job, profile),
+                          compare_volumes(job, profile))
 
 
 def captures(job: PrintJob) -> Iterator[Capture]:
@@ -114,6 +119,22 @@ def compare_sizes(job: PrintJob, profile: ThicknessProfile) -> list[Sizes]:
     return found
 
 
+def compare_volumes(job: PrintJob, profile: ThicknessProfile) -> list[Array]:
+    """Compare the volumes of the strokes of a print with the truth, layer by layer."""
+    ink, found = job.laid_layers(job.duration), []
+    for number, (begin, end) in enumerate(job.layers.tolist()):
+        volumes = []
+        for stroke, (start, stop) in enumerate(job.commanded.runs.tolist(), start=1):
+            if begin <= start < end:
+                s = start + (stop - start) * (np.arange(VOLUME_STEPS) + 0.5) / VOLUME_STEPS
+                _, area = sizes_above(ink[number], ink[:number], s)
+                measured = amount_of(profile, profile.stroke == stroke)
+                volumes.append((measured.volume, measured.volume_sigma,
+                                float(area.mean()) * (stop - start)))
+        found.append(np.array(volumes).T)
+    return found
+
+
 def true_arc(job: PrintJob, profile: ThicknessProfile) -> Array:
     """Return the arc lengths (N,) on the commanded path of the samples of a profile [m]."""
     return job.laid(profile.time + (profile.print_start_ns - START_NS) * 1e-9)
@@ -134,14 +155,24 @@ def rows(found: list[MeasuredLayers]) -> list[Row]:
     for name in dict.fromkeys(one.name for one in found):
         prints = [one for one in found if one.name == name]
         layers = zip(zip(*(one.layers for one in prints), strict=True),
-                     zip(*(one.sizes for one in prints), strict=True), strict=True)
-        for number, (widths, sizes) in enumerate(layers):
+                     zip(*(one.sizes for one in prints), strict=True),
+                     zip(*(one.volumes for one in prints), strict=True), strict=True)
+        for number, (widths, sizes, volumes) in enumerate(layers):
             line = row(name, 'cross_section', merge(widths))
             table.append({'scene': name, 'layer': number} | {
                 key: line[key] for key in ('samples', 'MAE_mm', 'median_mm', 'max_mm', 'answered',
                                            'wrong', 'within_1_sigma', 'within_2_sigma')}
-                | size_columns(sizes))
+                | size_columns(sizes) | volume_columns(volumes))
     return table
+
+
+def volume_columns(volumes: Sequence[Array]) -> Row:
+    """Return how far the volumes of strokes are off."""
+    volume, sigma, true = np.concatenate(volumes, axis=1)
+    off = np.abs(volume - true)
+    return {'strokes': len(volume), 'volume_error': float((off / true).mean()),
+            'volume_within_1_sigma': float((off <= sigma).mean()),
+            'volume_within_2_sigma': float((off <= 2 * sigma).mean())}
 
 
 def size_columns(sizes: Sequence[Sizes]) -> Row:

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 
+from bpc_perception.core.amounts import commanded_area
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.capture.capture import Capture, pixel_deviation
 from bpc_perception.core.config import ThicknessConfig
@@ -210,5 +211,6 @@ def profile_of(samples: Samples, places: Places, view: View, path: DepositionPat
         left_points=left, right_points=right,
         layer=np.where(places.stroke > 0, places.layer, ON_TRAVEL),
         height=height, height_sigma=height_sigma, area=area, area_sigma=area_sigma,
+        commanded_area=commanded_area(path, places.stroke),
         seen_in=np.where(samples.status == Status.NO_DATA, -1, samples.seen_in),
         processing_time=time.perf_counter() - started)

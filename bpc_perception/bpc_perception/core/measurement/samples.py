@@ -35,6 +35,10 @@ class Sizes:
         """Return all arrays, in the order of the attributes."""
         return [getattr(self, field.name) for field in fields(self)]
 
+    def at(self, place: Array) -> Sizes:
+        """Return the sizes at places (K,), which are fractions of an index."""
+        return Sizes(*(interpolated(values, place) for values in self.arrays()))
+
     @classmethod
     def unknown(cls, count: int) -> Sizes:
         """Return sizes of which nothing is known."""
@@ -70,8 +74,7 @@ class Samples:
         """Return the samples at places (K,), which are fractions of an index."""
         near = nearest(place, len(self.status))
         return Samples(self.sides.at(place), self.status[near], interpolated(self.sigma, place),
-                       Sizes(*(interpolated(values, place) for values in self.sizes.arrays())),
-                       self.seen_in[near])
+                       self.sizes.at(place), self.seen_in[near])
 
     def with_part(self, index: Index, part: Samples) -> Samples:
         """Return these samples with those of an index (K,) replaced by a part (K,)."""

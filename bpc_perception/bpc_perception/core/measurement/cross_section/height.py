@@ -32,6 +32,7 @@ ROUNDS = 3
 OUTLIER_SIGMAS = 3.0
 WILD_M = 2e-3  # from what is usual along the path: no point of the bead
 ROUNDNESS_SIGMA, LEAST_ROUND, MOST_ROUND = 0.3, -0.4, 1.5  # of r, as it is among beads
+RISE_SIGMA = 0.08  # by which a bead is higher than around it, as a share of its height
 TOO_DEEP_SIGMAS, TOO_DEEP_M = 3.0, 5e-5
 
 
@@ -108,12 +109,15 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
                                     (foot_sigma, UNKNOWN_M, bend_sigma)).values.T
     with np.errstate(invalid='ignore', divide='ignore'):
         roundness = np.clip(bend / rise, LEAST_ROUND, MOST_ROUND)
-    here = pooled_fit((basis[0], shape(u, roundness[:, None])), height - level[:, None],
-                       fitted & np.isfinite(roundness)[:, None], near, noise,
-                       (foot_sigma, UNKNOWN_M))
-    good = (here.values[:, 1] > 0) & ~deep
-    level, rise, roundness = (np.where(good, values, np.nan) for values in (
-        level + here.values[:, 0], here.values[:, 1], roundness))
+    profile = shape(u, roundness[:, None])
+    known = fitted & np.isfinite(roundness)[:, None]
+    # A bead hangs now lower, now higher, but is about as high as before and behind.
+    here = pooled_fit((basis[0], profile), height - level[:, None] - rise[:, None] * profile,
+                      known, near, noise, (foot_sigma, RISE_SIGMA * np.abs(rise)))
+    level, rise = level + here.values[:, 0], rise + here.values[:, 1]
+    good = (rise > 0) & ~deep
+    level, rise, roundness = (np.where(good, values, np.nan)
+                              for values in (level, rise, roundness))
     return Shapes(level, rise, roundness, np.where(good[:, None, None], here.covariance, np.nan),
                   deep)
 

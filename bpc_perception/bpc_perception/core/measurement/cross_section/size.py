@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Flags
-from bpc_perception.core.filters import windows_around
+from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.filters import thinned, windows_around
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.height import (
     fit_shapes,
@@ -29,6 +31,7 @@ from bpc_perception.core.measurement.side_points import SidePoints
 
 BED_SIGMA_M = 5e-6  # of the bed beside a bead, beside the noise of the cloud
 UNSEEN_SIGMA_M = 5e-5  # of the bed where it is not seen
+BED_STEP = 2  # it is even: not all of its points are needed
 BEND_M, BEND_SIGMA_M = 1e-3, 1.5e-5  # so far from the path a bed lies higher or lower by so much
 # Across a bead, from edge to edge: places, and their weights in a sum over the section.
 U, WEIGHT = np.polynomial.legendre.leggauss(15)
@@ -44,29 +47,80 @@ def sizes_on_bed(sections: Sections, sides: SidePoints, width_sigma: Array, bed:
         width_sigma: (N,) of the width between them [m].
         bed: plane of the bed.
     """
-    level, level_sigma = bed_level(sections, bed.normal)
-    shapes = shapes_between(sections, sides, bed.normal, level_sigma, level)
-    return sizes(shapes, sides, width_sigma, np.zeros((len(level), len(U))),
-                 np.zeros(len(level)))
+    rows = a_pixel_apart(sections)
+    some = SidePoints(*(values[rows] for values in sides.arrays()))
+    cross = crosswise(sections, bed.normal, rows)
+    level, level_sigma = bed_level(cross, sections.beside[rows][:, ::cross.step])
+    shapes = shapes_between(cross, some, level_sigma, level)
+    found = sizes(shapes, some, width_sigma[rows], np.zeros((len(rows), len(U))),
+                  np.zeros(len(rows)))
+    return found.at(np.interp(np.arange(len(width_sigma)), rows, np.arange(len(rows))))
 
 
-def bed_level(sections: Sections, up: Array) -> tuple[Array, Array]:
-    """Return how high (N,) the bed lies above the feet of sections, with its sigma (N,) [m].
+def a_pixel_apart(sections: Sections) -> Index:
+    """Return an index (K,) of sections that are no closer together than points of the cloud."""
+    return thinned(sections.piece, max(1, int(sections.pixel / sections.spacing)))
+
+
+@dataclass(frozen=True)
+class Crosswise:
+    """Points of the cloud across K path points, upright on their sections, which may slope.
+
+    Attributes:
+        place, height: (K, M) to the left of the path, and above the feet of the sections [m].
+        piece: (K,) number of the piece of path that each is on.
+        spacing: between path points [m].
+        step: they are at each so many samples of the sections.
+        repeated: how often each point of the cloud is among them.
+    """
+
+    place: Array
+    height: Array
+    piece: Index
+    spacing: float
+    step: int
+    repeated: float
+
+
+def crosswise(sections: Sections, up: Array, rows: Index) -> Crosswise:
+    """Return the points of the cloud along sections.
+
+    Args:
+        sections: N sections.
+        up: (3,) or (N, 3) in which direction their heights are told.
+        rows: (K,) index of sections.
+    """
+    step = max(1, round(1 / SAMPLE_STEP_PX))
+    place = np.where(sections.visible[rows][:, ::step], sections.place[rows][:, ::step],
+                     np.nan).astype(np.float64)
+    slope = np.sum(sections.lateral * up, axis=1)[rows]
+    spacing = sections.spacing * len(sections.piece) / max(1, len(rows))
+    return Crosswise(place, sections.height[rows][:, ::step] - place * slope[:, None],
+                     sections.piece[rows], spacing, step,
+                     max(1.0, sections.pixel / spacing))
+
+
+def bed_level(cross: Crosswise, beside: Flags) -> tuple[Array, Array]:
+    """Return how high (K,) the bed lies above the feet of sections, with its sigma (K,) [m].
 
     The feet lie on a straight line between the bed on both sides, and the bed may bend.
+
+    Args:
+        cross: the cloud across K path points.
+        beside: (K, M) where bed is to be expected.
     """
-    place, height = upright(sections, up, np.ones(len(sections.offset), bool))
-    x = place / BEND_M
-    fitted = sections.beside & (np.abs(height) < WILD_M)
+    x = cross.place[:, ::BED_STEP] / BEND_M
+    height = cross.height[:, ::BED_STEP]
+    fitted = beside[:, ::BED_STEP] & (np.abs(height) < WILD_M)
     basis = (np.ones_like(x), x, x**2)
-    window = windows_around(sections.piece, round(SHAPED_M / sections.spacing))
+    window = windows_around(cross.piece, round(SHAPED_M / cross.spacing))
     noise = WILD_M
     for _ in range(2):
         found = pooled_fit(basis, height, fitted, window, noise,
                            (UNKNOWN_M, UNKNOWN_M, BEND_SIGMA_M))
         residual = found.residual(basis, height)
         spread = spread_of(residual, fitted)
-        noise = spread * np.sqrt(repeated(sections))
+        noise = spread * np.sqrt(cross.repeated)
         fitted &= np.abs(residual) <= OUTLIER_SIGMAS * spread
     level, sigma = found.values[:, 0], np.sqrt(found.covariance[:, 0, 0])
     known = sigma < UNSEEN_SIGMA_M
@@ -74,45 +128,23 @@ def bed_level(sections: Sections, up: Array) -> tuple[Array, Array]:
                                                  UNSEEN_SIGMA_M)
 
 
-def shapes_between(sections: Sections, sides: SidePoints, up: Array, foot_sigma: Array,
+def shapes_between(cross: Crosswise, sides: SidePoints, foot_sigma: Array,
                    foot: Array | float = 0.0) -> Shapes:
-    """Fit the cloud between the side points of N sections.
+    """Fit the cloud between the side points of K sections.
 
     Args:
-        sections: N sections.
+        cross: the cloud across them.
         sides: where the beads end.
-        up: (3,) or (N, 3) in which direction the heights of the sections are told.
-        foot: (N,) how high the feet of the beads are above those of the sections [m].
-        foot_sigma: (N,) 1-sigma uncertainty of that [m].
+        foot_sigma: (K,) 1-sigma uncertainty of the feet of the beads [m].
+        foot: (K,) how high they are above those of the sections [m].
     """
     half = (sides.left_distance + sides.right_distance) / 2
     middle = (sides.left_distance - sides.right_distance) / 2
-    near = np.abs(sections.offset) <= np.nanmax(np.abs(middle) + half, initial=0.0)
-    place, height = upright(sections, up, near)
-    height -= np.reshape(foot, (-1, 1))
     with np.errstate(invalid='ignore', divide='ignore'):
-        u = (place - middle[:, None]) / half[:, None]
-    return fit_shapes(u, height, sections.piece, sections.spacing, foot_sigma,
-                      repeated(sections))
-
-
-def upright(sections: Sections, up: Array, chosen: Flags) -> tuple[Array, Array]:
-    """Return places and heights of samples (N, K), upright on their sections, which may slope.
-
-    Args:
-        sections: N sections.
-        up: (3,) or (N, 3) in which direction their heights are told.
-        chosen: (M,) K of their samples.
-    """
-    place = np.where(sections.visible[:, chosen], sections.place[:, chosen],
-                     np.nan).astype(np.float64)
-    slope = np.sum(sections.lateral * up, axis=1)
-    return place, sections.height[:, chosen] - place * slope[:, None]
-
-
-def repeated(sections: Sections) -> float:
-    """Return how often each point of the cloud is among the samples of sections."""
-    return max(1.0, 1 / SAMPLE_STEP_PX) * max(1.0, sections.pixel / sections.spacing)
+        u = (cross.place - middle[:, None]) / half[:, None]
+    near = np.flatnonzero((np.abs(u) < 1).any(axis=0))
+    return fit_shapes(u[:, near], cross.height[:, near] - np.reshape(foot, (-1, 1)), cross.piece,
+                      cross.spacing, foot_sigma, cross.repeated)
 
 
 def sizes(shapes: Shapes, sides: SidePoints, width_sigma: Array, before: Array,

@@ -22,7 +22,6 @@ from bpc_perception.core.measurement.cross_section.method import (
 from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads, rough_beads
 from bpc_perception.core.measurement.cross_section.on_ink.below import (
     Below,
-    foot_sigma,
     goes_on_beside,
     ink_beneath,
     ink_of_layer_below,
@@ -33,11 +32,13 @@ from bpc_perception.core.measurement.cross_section.on_ink.widths import find_wid
 from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
 from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
-from bpc_perception.core.measurement.cross_section.size import shapes_between, sizes
+from bpc_perception.core.measurement.cross_section.size import crosswise, shapes_between, sizes
 from bpc_perception.core.measurement.samples import Samples, Sizes
 from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.profile import Status, StatusArray
+
+LOOSE_FOOT_SIGMA_M = 2e-4  # of the height of a bead's foot, as the nozzle tells it
 
 
 def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,
@@ -67,7 +68,9 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
                          config.cross_section.edge_sigma * sections.pixel,
                          fit_beads(sections, middle, width))
     sides = points_beside(sections, widths.left, widths.right)
-    shapes = shapes_between(sections, sides, normal, foot_sigma(beneath))
+    cross = crosswise(sections, normal, np.arange(len(index)))
+    # The flanks tell better than the nozzle how deep a bead sits, or hangs.
+    shapes = shapes_between(cross, sides, np.full(len(index), LOOSE_FOOT_SIGMA_M))
     lower = ink_of_layer_below(track, int(track.layer[index[0]]), bed, below, laid)
     return Samples(
         sides, judged(sections, picture, widths), widths.sigma,
