@@ -69,8 +69,6 @@ class Session:
         """Add a pose (4, 4) of the flange [m]; return False if it is refused, see PoseBuffer."""
         taken = self._poses.add(stamp_ns, T_base_flange)
         if taken:
-            if stamp_ns < self._whereabouts.certain_ns:  # the clock was set back
-                self._whereabouts = Whereabouts()
             self._whereabouts.add(stamp_ns, T_base_flange[:3, 3])
         return taken
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bpc_perception.core.advice.contradictions import Contradictions
 from bpc_perception.core.advice.correction import correct, Situation
 from bpc_perception.core.advice.delivery_filter import Delivery
 from bpc_perception.core.advice.laid import REACH
@@ -66,6 +67,7 @@ class _Print:
         prior: logarithm of the gain for which the print was set up; NaN = not known.
         observations: what captures and path say together; None before the first with a command.
         command: in force.
+        contradictions: among widths, as far as they are known.
     """
 
     print_id: str
@@ -80,6 +82,7 @@ class _Print:
     prior: float = np.nan
     observations: Observations | None = None
     command: _Command = field(default_factory=_Command)
+    contradictions: Contradictions = field(default_factory=Contradictions)
 
     @classmethod
     def begun(cls, profile: ThicknessProfile, lifetime: float) -> _Print:
@@ -151,7 +154,9 @@ class Advisor:
         finding = self._find(current, path, profile, config)
         delivery = finding.models.estimate() if finding is not None else None
         target = self._target_ahead(current, window, path, delivery, config)
-        refusal = _refusal(current, window, path, finding, covered, np.isnan(target), config)
+        doubtful = current.contradictions.found(profile, window.extent)
+        refusal = _refusal(current, window, path, None if doubtful else finding, covered,
+                           np.isnan(target), config)
         if current.late and finding is not None:
             current.late = False
             if current.begin_anew(path) and refusal is None:
@@ -227,6 +232,7 @@ def _refusal(current: _Print, window: Window, path: DepositionPath, finding: Fin
              covered: bool, aimless: bool, config: AdviceConfig) -> Reason | None:
     """Return why nothing is to be changed; None = nothing speaks against it."""
     stalled = current.observations is not None and current.observations.stalled(path)
+    lost = current.observations is not None and not current.observations.speed_known(path)
     too_little = (window.count < config.minimum_samples
                   or window.coverage < config.minimum_coverage or finding is None)
     fallen = finding is not None and finding.fallen >= config.gap_length
@@ -234,7 +240,7 @@ def _refusal(current: _Print, window: Window, path: DepositionPath, finding: Fin
     conditions = (
         (aimless, Reason.NO_TARGET),
         (stalled, Reason.EXTRUDER_FAULT),
-        (not covered, Reason.STALE_DATA),
+        (not covered or lost, Reason.STALE_DATA),
         (window.longest_gap >= config.gap_length, Reason.GAP_DETECTED),
         (abs(window.offset) > config.maximum_offset, Reason.PATH_OFFSET),
         (too_little, Reason.NOT_ENOUGH_DATA),

@@ -20,6 +20,7 @@ START_S = DEAD_TIME_S + 2 * DEAD_TIME_SIGMA_S
 # and the smoothed path is slower than a nozzle that leaves or arrives.
 LEAVING_S = 0.15
 LONGEST_STEP_S = 0.05  # between two points; if it takes longer, the nozzle stands
+DART, DART_S = 2.0, 0.5  # faster than in so long before and after, by this factor
 HOLE = 2.5  # steps between path points longer than usual by this factor: poses are missing
 # Path points, and time, to either side over which speed and volume per length are taken: a pose
 # may be off, or late, by a few hundredths of a second.
@@ -124,7 +125,7 @@ def laid_along(path: DepositionPath, rate: Array, held: Array, flow: Array,
     laying = _all_around(path, pushing) & (volume > 0) & np.isfinite(volume)
     return Laid(rate, per_length(path, path.arc_length, path.time), volume, arrived,
                 _without_pauses(path.arc_length, rate), laying,
-                _all_around(path, _way_known(path.arc_length))
+                _all_around(path, _way_known(path))
                 & (np.minimum(since, left) > LEAVING_S), since > START_S)
 
 
@@ -159,13 +160,19 @@ def _all_around(path: DepositionPath, true: Flags) -> Flags:
     return np.asarray(others[last + 1] == others[first])
 
 
-def _way_known(arc: Array) -> Flags:
-    """Return to which points (N,), at arc lengths (N,) [m], the way is known.
+def _way_known(path: DepositionPath) -> Flags:
+    """Return to which points (N,) the way is known, and how fast the nozzle went.
 
-    Ink was laid in a hole as well, but on which way?
+    Ink was laid in a hole as well, but on which way? And a nozzle that lays ink does not dart:
+    poses come again with new stamps, or their clock was set.
     """
-    step = np.diff(arc, prepend=arc[:1])
-    return np.asarray(step <= HOLE * np.median(step))
+    arc, time = path.arc_length, path.time
+    step, elapsed = (np.diff(values, prepend=values[:1]) for values in (arc, time))
+    before = np.searchsorted(time, time - DART_S)
+    after = np.searchsorted(time, time + DART_S, side='right') - 1
+    # By time, not by points: those of a dart are many.
+    usual = (arc[after] - arc[before]) / np.maximum(time[after] - time[before], DART_S)
+    return np.asarray((step <= HOLE * np.median(step)) & (step <= DART * usual * elapsed))
 
 
 def _since_restart(moved: Array, pushing: Flags) -> Array:

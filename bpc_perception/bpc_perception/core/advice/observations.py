@@ -22,6 +22,8 @@ from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
 
 OBSERVATION_LENGTH_M = 1e-3  # of path that makes one observation
+SPEED_S = 0.8  # over which the speed in force is taken: a glitch of stamps is shorter
+SPEED_LOST_S = 1.5  # without a steady way, after which it is not known
 SETTLED_M = 0.02  # path behind the nozzle from which no capture brings news
 LEAST_FLOW = 0.02  # behind a lag, as a share of the command
 GAP_MARGIN_M = 1e-3  # next to a gap the bead tapers
@@ -161,14 +163,30 @@ class Observations:
     def in_force(self, last: int) -> tuple[float, float]:
         """Return the command at the last point that is laid: volume per length, and speed [m/s].
 
-        Where the nozzle leaves or arrives, the speed is that of before.
+        The speed is that of the last moments in which the nozzle neither left nor arrived: that of
+        an instant may be a corner, or poses whose stamps are off.
         """
-        laid = self.laid
+        laid, time = self.laid, self._path.time
         steady = np.flatnonzero(laid.laying & laid.steady)
-        if laid.steady[last] or not len(steady):
+        if not len(steady):
             return float(laid.volume[last]), float(laid.speed[last])
-        speed = float(laid.speed[steady[-1]])
+        newest = steady[(time[steady] > time[steady[-1]] - SPEED_S)
+                        | (steady > steady[-1] - REACH)]
+        speed = float(np.median(laid.speed[newest]))
         return float(laid.volume[last] * laid.speed[last]) / speed, speed
+
+    def speed_known(self, path: DepositionPath) -> bool:
+        """Return whether it is known how fast the nozzle went of late, where it laid ink.
+
+        It need not be known in a stroke too short for that, if it was in those before.
+        """
+        laying = np.flatnonzero(self.laid.laying)
+        steady = laying[self.laid.steady[laying]]
+        if not len(steady):
+            return True
+        since = laying[laying > steady[-1]]
+        elapsed = np.diff(path.time, prepend=path.time[:1])
+        return bool(elapsed[since].sum() <= SPEED_LOST_S)
 
     def means(self, length: float) -> tuple[float, float]:
         """Return mean speed [m/s] and rate over the newest stretch [m] where ink was laid."""

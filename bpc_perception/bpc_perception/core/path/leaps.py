@@ -177,7 +177,10 @@ class Whereabouts:
     """
 
     def __init__(self) -> None:
-        self.certain_ns = 0
+        self._forget()
+
+    def _forget(self) -> None:
+        self.certain_ns = self._heard_ns = 0
         self._finder = LeapFinder()
         self._place: Array | None = None
         self._since_ns = 0  # when it came to that place
@@ -185,7 +188,13 @@ class Whereabouts:
         self._unknown: deque[tuple[int, int]] = deque(maxlen=LEAPS_KEPT)
 
     def add(self, stamp_ns: int, place: Array) -> None:
-        """Add a position (3,) [m] at a later time [ns]."""
+        """Add a position (3,) [m] at a later time [ns].
+
+        After one that is no later, the clock was set back, and nothing is known of before.
+        """
+        if stamp_ns <= self._heard_ns:
+            self._forget()
+        self._heard_ns = stamp_ns
         for step in self._finder.add(stamp_ns, place):
             if step.leap or self._wrong:
                 self._unknown.append((self._since_ns, step.stamp_ns))

@@ -433,3 +433,44 @@ def test_a_new_print_and_a_clock_that_went_back_begin_anew() -> None:
         advisor = Advisor()
         advise(laid(500, print_id=print_id), width(share=0.6), advisor=advisor)
         assert repr(advise(laid(300), width(share=0.9), advisor=advisor)) == repr(fresh)
+
+
+def test_a_nozzle_that_darts_says_nothing_of_the_speed_in_force() -> None:
+    """Poses that come again, or a clock that is set: a few steps in no time at the end."""
+    path = laid(200)
+    time = path.time.copy()
+    time[-10:] = time[-11] + 0.001 * np.arange(1, 11)
+    assert advise(replace(path, time=time), TARGET).flow_rate_scale == pytest.approx(1, abs=0.02)
+
+
+def test_a_slow_corner_just_now_says_nothing_of_what_is_to_come() -> None:
+    path = laid(200)
+    step = np.diff(path.time, prepend=0.0)
+    step[-8:] *= 2  # half as fast: twice the ink
+    time = np.cumsum(step)
+    thickness = np.full(200, TARGET)
+    thickness[-8:] *= np.sqrt(2)
+    assert advise(replace(path, time=time), thickness).flow_rate_scale == pytest.approx(
+        1, abs=0.03)
+
+
+def test_nothing_is_advised_where_the_way_is_lost_for_long() -> None:
+    """Holes between path points for two seconds: at which speed was ink laid?"""
+    path = laid(400)
+    kept = np.ones(400, bool)
+    kept[200:] = np.arange(200) % 20 < 5
+    lost = path.where(kept)
+    assert advise(path, TARGET).valid
+    advice = advise(lost, np.full(len(lost), TARGET))
+    assert not advice.valid
+    assert advice.reason == Reason.STALE_DATA
+
+
+def test_ink_that_seems_to_become_narrower_is_not_made_up_for() -> None:
+    advisor = Advisor()
+    path = laid(200)
+    assert advise(path.where(np.arange(200) < 150), TARGET, advisor=advisor).valid
+    advice = advise(path, 0.7 * TARGET, advisor=advisor)
+    assert not advice.valid
+    assert advice.reason == Reason.NOT_ENOUGH_DATA
+    assert advice.flow_rate_scale == 1

@@ -8,7 +8,7 @@ import pytest
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import PathConfig
-from bpc_perception.core.path.leaps import LeapFinder, Step
+from bpc_perception.core.path.leaps import LeapFinder, Step, Whereabouts
 from bpc_perception.core.path.tracker import PrintTracker
 
 MM = 1e-3
@@ -141,3 +141,11 @@ def test_a_leap_is_no_way_that_ink_was_laid_on(smoothing_time: float) -> None:
     assert not ((x > 10.3 * MM) & (x < 19.7 * MM)).any()
     assert x[-1] > 38 * MM
     assert (np.diff(path.arc_length)[np.diff(x) < 0.3 * MM] < 0.21 * MM).all()
+
+
+def test_a_clock_that_is_set_back_onto_a_known_stamp_begins_anew() -> None:
+    """A pose of a known stamp came after later ones that were in doubt, and divided by zero."""
+    whereabouts = Whereabouts()
+    for stamp, x in ((0, 0.0), (20, 0.0002), (2000, 0.03), (2020, 0.03), (20, 0.0002)):
+        whereabouts.add(stamp * 10**6, np.array((x, 0.0, 0.0)))
+    assert whereabouts.certain_ns == 20 * 10**6

@@ -9,6 +9,7 @@ from geometry_msgs.msg import Point, Pose, PoseStamped
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from scipy.special import ndtr
 from std_msgs.msg import Header
 
 from bpc_interfaces.msg import ExtrusionState
@@ -30,7 +31,7 @@ POSE_PERIOD_S, STATE_PERIOD_S = 0.02, 0.04
 STEP_M = 2e-4  # between the places of a path at which ink is drawn
 DELAY_NS = 5_000_000  # from stamp to recording
 BED, INK = np.array((190.0, 188.0, 180.0)), np.array((60.0, 80.0, 150.0))
-BLUR_PX, NOISE = 0.6, 1.5
+BLUR_PX, NOISE = 0.7, 1.5
 # Corners of paths [pixels].
 SHAPES: dict[str, tuple[tuple[float, float], ...]] = {
     'line': ((15, 60), (145, 60)),
@@ -104,7 +105,7 @@ class SmallPrint:
         """Return what the camera sees at a time [s]: ink up to the nozzle."""
         nearest, distance = nearest_places(self.shape)
         half = TARGET_M * np.sqrt(self.delivery) / 2
-        share = np.clip((half - distance) / (2 * BLUR_PX * PIXEL_M) + 0.5, 0, 1)
+        share = ndtr((half - distance) / (BLUR_PX * PIXEL_M))
         share[nearest * STEP_M > time * self.speed] = 0
         colour = BED + share[..., None] * (INK - BED) + rng.normal(0, NOISE, (*share.shape, 3))
         return np.clip(np.rint(colour), 0, 255).astype(np.uint8)
