@@ -12,7 +12,7 @@ from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
 
 LEAST_KNOWN = 0.5  # share of a stroke whose area is known, to tell its volume
-COMMON_SIGMA = 0.01  # of an area, as a share of it, that is alike along a whole print
+COMMON_SIGMA = 0.03  # of an area, as a share of it, that is alike along a whole print
 STEADY_M = 1.4e-3  # of path, along which the errors of areas are alike
 UNKNOWN_SPREAD = 0.1  # of an area that is not known, as a share of those that are
 

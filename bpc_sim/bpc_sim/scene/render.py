@@ -166,7 +166,8 @@ def _measure_cloud(tracer: RayTracer, sensor: Sensor, hits: RayHits, image: NDAr
                    rng: np.random.Generator) -> NDArray[np.float32]:
     """Return the organized cloud (H, W, 3) [m] with its noise; NaN where a point is missing."""
     on_surface = tracer.scene.surface.intersect(tracer.eye, hits.in_surface, hits.ink.height)
-    z = np.fmin(on_surface.depth, hits.nozzle_depth)[:, 0]
+    surface = on_surface.depth + sensor.ink_depth * hits.ink.hit
+    z = np.fmin(surface, hits.nozzle_depth)[:, 0]
     z = z + rng.normal(0.0, 1.0, len(z)) * sensor.depth_noise * (z / DEPTH_NOISE_DISTANCE_M)**2
     rim = np.abs(hits.ink.margin[:, 0]) < _pixel_size(hits, tracer.view.camera)
     missing = rng.uniform(size=len(z)) < np.where(rim, sensor.rim_dropout, sensor.dropout)

@@ -90,6 +90,8 @@ class Sensor:
         gloss: brightness of the lamp's reflection along wet ink, 0..1.
         depth_noise: standard deviation of the points along their rays at 0.4 m [m]; it grows
             with the square of the distance.
+        ink_depth: how far below the surface of ink its points lie, as of ink that light goes into
+            [m].
         dropout: fraction of points that are missing at random.
         rim_dropout: fraction of points that are missing at the rim of the bead.
         supersample: rays per pixel side in a pixel that an edge crosses.
@@ -100,6 +102,7 @@ class Sensor:
     shading: float = 0.5
     gloss: float = 0.3
     depth_noise: float = 5e-5
+    ink_depth: float = 0.0
     dropout: float = 0.005
     rim_dropout: float = 0.2
     supersample: int = 6
