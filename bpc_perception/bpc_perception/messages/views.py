@@ -20,6 +20,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.display.legend import (
     deviation_colours,
+    layers_of,
     LEFT_COLOUR,
     rgb,
     RIGHT_COLOUR,
@@ -73,15 +74,11 @@ def markers_message(result: Result, frame_id: str) -> MarkerArray:
     target = advice.target_thickness
     usual = target if target > 0 else profile.summary.thickness_median
     markers = [Marker(action=Marker.DELETEALL)]
-    markers += _ribbon(profile, shown, usual)
-    measured = profile.status[shown] == Status.MEASURED
-    for name, points, colour in (('left side', profile.left_points, LEFT_COLOUR),
-                                 ('right side', profile.right_points, RIGHT_COLOUR)):
-        markers += _dots(name, points[shown][measured], colour)
-    for status in Status:
-        if status != Status.MEASURED:
-            markers += _dots(label(status), profile.points[shown][profile.status[shown] == status],
-                             STATUS_COLOURS[status])
+    layers = layers_of(profile)
+    for layer, own in layers:
+        # Viewers show and hide namespaces.
+        name = f', layer {layer}' if len(layers) > 1 else ''
+        markers += _layer_markers(profile, shown[own[shown]], usual, name)
     if len(profile):
         markers.append(_marker('advice', Marker.TEXT_VIEW_FACING, TARGET_COLOUR, z=TEXT_HEIGHT_M,
                                text=advice_in_words(advice),
@@ -89,6 +86,22 @@ def markers_message(result: Result, frame_id: str) -> MarkerArray:
     for marker in markers:
         marker.header = header
     return MarkerArray(markers=markers)
+
+
+def _layer_markers(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float,
+                   name: str) -> list[Marker]:
+    """Draw the samples of an index (K,); a name is added to the namespaces."""
+    markers = _ribbon(profile, shown, usual, name)
+    measured = profile.status[shown] == Status.MEASURED
+    for side, points, colour in (('left side', profile.left_points, LEFT_COLOUR),
+                                 ('right side', profile.right_points, RIGHT_COLOUR)):
+        markers += _dots(side + name, points[shown][measured], colour)
+    for status in Status:
+        if status != Status.MEASURED:
+            markers += _dots(label(status) + name,
+                             profile.points[shown][profile.status[shown] == status],
+                             STATUS_COLOURS[status])
+    return markers
 
 
 def no_view(kind: Any, frame_id: str) -> Any:
@@ -101,7 +114,8 @@ def no_view(kind: Any, frame_id: str) -> Any:
     return Float64(data=float('nan'))
 
 
-def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) -> list[Marker]:
+def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float,
+            name: str) -> list[Marker]:
     """Draw two triangles from each sample to the next if both are measured."""
     colours = deviation_colours(profile.thickness[shown] / usual - 1)
     left, right = profile.left_points[shown], profile.right_points[shown]
@@ -114,7 +128,7 @@ def _ribbon(profile: ThicknessProfile, shown: NDArray[np.intp], usual: float) ->
                         right[starts], right[starts + 1], left[starts + 1]), axis=1)
     sample = np.stack((starts, starts, starts + 1, starts, starts + 1, starts + 1), axis=1)
     palette = [_colour(tuple(colour)) for colour in colours.tolist()]
-    return [_marker('thickness', Marker.TRIANGLE_LIST, TARGET_COLOUR, x=1.0, y=1.0, z=1.0,
+    return [_marker(f'thickness{name}', Marker.TRIANGLE_LIST, TARGET_COLOUR, x=1.0, y=1.0, z=1.0,
                     points=[_point(point) for point in corners.reshape(-1, 3)],
                     colors=[palette[index] for index in sample.ravel().tolist()])]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status
-from bpc_perception.display.legend import rgb, STATUS_COLOURS
+from bpc_perception.display.legend import HEIGHT_COLOUR, rgb, STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.page.board import TargetBand
 from bpc_perception.page.curve import Curve, Stretch
@@ -51,7 +51,8 @@ def options(curve: Curve, marked: list[Stretch], target: TargetBand | None,
         'tooltip': {'trigger': 'axis', 'confine': True, ':formatter': TOOLTIP},
         'xAxis': {**axis, 'name': 'along the path [mm]', 'nameGap': 28,
                   'splitLine': {'show': False}, 'min': _place(span[0]), 'max': _place(span[1])},
-        'yAxis': {**axis, 'name': 'thickness [mm]', 'nameGap': 40, 'min': low, 'max': high},
+        'yAxis': {**axis, 'name': 'thickness, height [mm]', 'nameGap': 40,
+                  'min': low, 'max': high},
         'series': [*_target_series(target, span), *_curve_series(curve, marked)],
     }
 
@@ -64,7 +65,8 @@ def thickness_range(curve: Curve, target: TargetBand | None, span: tuple[float, 
         wanted = target.targets.at(np.linspace(*span, RANGE_SAMPLES))
     else:
         wanted = np.array([np.median(shown) if len(shown) else EMPTY_CHART_M])
-    known = np.concatenate((shown, wanted * (1 - LEAST_RANGE_SHARE),
+    height = curve.height[np.isfinite(curve.height)]
+    known = np.concatenate((shown, height, wanted * (1 - LEAST_RANGE_SHARE),
                             wanted * (1 + LEAST_RANGE_SHARE))) * MM_PER_M
     margin = MARGIN_SHARE * (known.max() - known.min())
     return (round(max(0.0, float(known.min() - margin)), 1),
@@ -72,7 +74,7 @@ def thickness_range(curve: Curve, target: TargetBand | None, span: tuple[float, 
 
 
 def _curve_series(curve: Curve, marked: list[Stretch]) -> list[dict[str, Any]]:
-    """Return the curve with one standard deviation and the shaded stretches."""
+    """Return the curve with one standard deviation, the shaded stretches, and the height."""
     return [
         *_band('± sigma', curve.arc_length, curve.thickness - curve.sigma,
                curve.thickness + curve.sigma, MEASURED_COLOUR, 0.3),
@@ -80,7 +82,11 @@ def _curve_series(curve: Curve, marked: list[Stretch]) -> list[dict[str, Any]]:
          'lineStyle': {'width': 2, 'color': MEASURED_COLOUR},
          'itemStyle': {'color': MEASURED_COLOUR},
          'data': _points(curve.arc_length, curve.thickness),
-         'markArea': {'silent': True, 'data': [_area(stretch) for stretch in marked]}}]
+         'markArea': {'silent': True, 'data': [_area(stretch) for stretch in marked]}},
+        {'name': 'height', 'type': 'line', 'showSymbol': False, 'silent': True,
+         'lineStyle': {'width': 1.5, 'color': HEIGHT_COLOUR},
+         'itemStyle': {'color': HEIGHT_COLOUR},
+         'data': _points(curve.arc_length, curve.height)}]
 
 
 def _area(stretch: Stretch) -> list[dict[str, Any]]:
@@ -140,5 +146,6 @@ TOOLTIP = """items => {
   if (of('thickness') != null)
     lines.push('thickness ' + of('thickness').toFixed(3) + ' \\u00b1 '
                + mm(of('\\u00b1 sigma height') / 2));
+  if (of('height') != null) lines.push('height ' + mm(of('height')));
   return lines.join('<br>');
 }"""

@@ -22,11 +22,13 @@ class Curve:
     Attributes:
         arc_length: in order.
         thickness, sigma: NaN where the line is interrupted.
+        height: of the ink; NaN where it is not known.
     """
 
     arc_length: Array
     thickness: Array
     sigma: Array
+    height: Array
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,9 @@ class Stretch:
     end: float
 
 
-def thinned(profile: ThicknessProfile, start: float = 0.0, most: int = MOST_POINTS) -> Curve:
-    """Return the measured samples from an arc length on, no more than a screen can show.
+def thinned(profile: ThicknessProfile, start: float = 0.0, most: int = MOST_POINTS,
+            end: float = np.inf) -> Curve:
+    """Return the measured samples between arc lengths, no more than a screen can show.
 
     No extreme and no interruption is lost.
 
@@ -47,15 +50,19 @@ def thinned(profile: ThicknessProfile, start: float = 0.0, most: int = MOST_POIN
         profile: with N samples.
         start: arc length [m].
         most: number of points, 3 or more.
+        end: arc length [m].
     """
-    first = int(np.searchsorted(profile.arc_length, start))
-    arc_length, sigma = profile.arc_length[first:], profile.sigma[first:]
-    thickness = np.where(profile.status[first:] == Status.MEASURED, profile.thickness[first:],
-                         np.nan)
+    first, behind = np.searchsorted(profile.arc_length, (start, end)).tolist()
+    arc_length, sigma, height = (values[first:behind] for values in (
+        profile.arc_length, profile.sigma, profile.height))
+    thickness = np.where(profile.status[first:behind] == Status.MEASURED,
+                         profile.thickness[first:behind], np.nan)
     if len(thickness) > most:
         kept = _kept(thickness, most)
-        arc_length, thickness, sigma = arc_length[kept], thickness[kept], sigma[kept]
-    return Curve(arc_length, thickness, np.where(np.isnan(thickness), np.nan, sigma))
+        arc_length, thickness, sigma, height = (
+            values[kept] for values in (arc_length, thickness, sigma, height))
+    sigma, height = (np.where(np.isnan(thickness), np.nan, values) for values in (sigma, height))
+    return Curve(arc_length, thickness, sigma, height)
 
 
 def _kept(thickness: Array, most: int) -> NDArray[np.intp]:

@@ -53,6 +53,19 @@ COLUMNS = (
 )
 
 
+LAYER_COLUMNS = (
+    Column('length_mm', 'ink [mm]', 1),
+    Column('known', 'known [%]', 1, 100),
+    Column('thickness_mean_mm', 'width [mm]', 3),
+    Column('height_mean_mm', 'height [mm]', 3),
+    Column('area_mean_mm2', 'area [mm²]', 3),
+    Column('volume_mm3', 'volume [mm³]', 1),
+    Column('volume_sigma_mm3', '± [mm³]', 1),
+    Column('delivered', 'delivered [%]', 1, 100),
+    Column('gap_count', 'gaps', 0),
+)
+
+
 @dataclass(frozen=True)
 class PrintResult:
     """The result of a print, as its files say.
@@ -154,6 +167,18 @@ def rows(prints: Sequence[PrintResult]) -> list[dict[str, Any]]:
     return [{'print': print_.name,
              **{column.key: print_.summary.get(column.key) for column in COLUMNS}}
             for print_ in prints]
+
+
+def layer_rows(prints: Sequence[PrintResult]) -> list[tuple[int, int, list[str]]]:
+    """Return number of the layer, number of the print, and numbers in words, layer by layer.
+
+    Nothing where no print has more than one layer and no volume is known.
+    """
+    found = [(int(layer['layer']), number, layer) for number, print_ in enumerate(prints)
+             for layer in print_.summary.get('layers') or []]
+    told = any(layer > 0 or values.get('volume_mm3') is not None for layer, _, values in found)
+    return [(layer, number, [column.cell(values.get(column.key)) for column in LAYER_COLUMNS])
+            for layer, number, values in sorted(found, key=lambda row: row[:2])] if told else []
 
 
 def cells(row: dict[str, Any]) -> list[str]:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.amounts import Amount, amount_of
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
-from bpc_perception.core.stroke_ends import Strokes
 from bpc_perception.display.units import MM_PER_M, NS_PER_S, UL_PER_M3
 
 
@@ -43,12 +43,42 @@ def profile_entry(profile: ThicknessProfile) -> dict[str, Any]:
     }
 
 
-def stroke_entries(strokes: Strokes) -> list[dict[str, Any]]:
+def stroke_entries(profile: ThicknessProfile) -> list[dict[str, Any]]:
     """Return an entry for each stroke; None where the begin or end of its ink was not seen."""
+    strokes = profile.strokes
     columns = np.concatenate((strokes.commanded, strokes.ink, strokes.lag), axis=1) * MM_PER_M
     names = ('start_mm', 'end_mm', 'ink_start_mm', 'ink_end_mm', 'start_lag_mm', 'end_lag_mm')
-    return [{'stroke': number, **dict(zip(names, row, strict=True))}
-            for number, row in zip(strokes.number.tolist(), columns.tolist(), strict=True)]
+    entries = []
+    for number, row in zip(strokes.number.tolist(), columns.tolist(), strict=True):
+        own = profile.stroke == number
+        entries.append({'stroke': number, **dict(zip(names, row, strict=True)),
+                        'layer': int(np.bincount(profile.layer[own]).argmax()),
+                        **amount_entry(amount_of(profile, own))})
+    return entries
+
+
+def layer_entries(profile: ThicknessProfile) -> list[dict[str, Any]]:
+    """Return an entry for each layer, from the bed upward."""
+    entries = []
+    for number in np.unique(profile.layer[profile.layer >= 0]).tolist():
+        own = profile.layer == number
+        gaps = profile.runs_of(profile.missing & own)
+        entries.append({'layer': number, **amount_entry(amount_of(profile, own)),
+                        'gap_count': len(gaps),
+                        'gap_length_mm': float(np.diff(gaps).sum()) * MM_PER_M})
+    return entries
+
+
+def amount_entry(amount: Amount) -> dict[str, Any]:
+    """Return the entry of the ink along a part of a print."""
+    return {
+        'length_mm': amount.length * MM_PER_M, 'known': amount.known,
+        'thickness_mean_mm': amount.thickness * MM_PER_M,
+        'height_mean_mm': amount.height * MM_PER_M, 'area_mean_mm2': amount.area * MM_PER_M**2,
+        'volume_mm3': amount.volume * MM_PER_M**3,
+        'volume_sigma_mm3': amount.volume_sigma * MM_PER_M**3,
+        'commanded_mm3': amount.commanded * MM_PER_M**3,
+        'delivered': amount.delivered, 'delivered_sigma': amount.delivered_sigma}
 
 
 def _time(stamp_ns: int) -> dict[str, Any]:

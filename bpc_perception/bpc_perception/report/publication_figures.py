@@ -25,6 +25,7 @@ from bpc_perception.core.result import Result
 from bpc_perception.display.legend import (
     as_shown,
     FULL_COLOUR_DEVIATION,
+    HEIGHT_COLOUR,
     LEFT_COLOUR,
     ON_TARGET_COLOUR,
     RIGHT_COLOUR,
@@ -142,7 +143,7 @@ def _draw_runs(axes: Axes, places: Array, chosen: NDArray[np.bool_], colour: str
 
 
 def draw_thickness(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None) -> None:
-    """Draw thickness over arc length with one standard deviation, and the target."""
+    """Draw thickness over arc length with one standard deviation, height, and the target."""
     arc, thickness, sigma = (values * MM_PER_M for values in (
         profile.arc_length, profile.thickness, profile.sigma))
     _shade_statuses(axes, profile)
@@ -150,11 +151,14 @@ def draw_thickness(axes: Axes, profile: ThicknessProfile, targets: WidthTargets 
                       linewidth=0, label='± 1 sigma')
     axes.plot(arc, np.where(profile.status == Status.MEASURED, thickness, np.nan),
               color=MEASURED_COLOUR, label='thickness')
+    if np.isfinite(profile.height_sigma).any():
+        axes.plot(arc, np.where(np.isfinite(profile.height_sigma), profile.height, np.nan)
+                  * MM_PER_M, color=HEIGHT_COLOUR, label='height')
     if targets is not None:
         axes.plot(arc, targets.at(profile.arc_length) * MM_PER_M, color=TARGET_COLOUR,
                   linestyle='--', label='target')
     axes.set_xlabel('arc length [mm]')
-    axes.set_ylabel('thickness [mm]')
+    axes.set_ylabel('thickness, height [mm]')
     axes.set_ylim(0, thickness_ceiling(profile, targets))
     axes.margins(x=0)
     _add_legend(axes, loc='lower left', ncols=3, handlelength=1)

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from bpc_perception.core.amounts import amount_of
 from bpc_perception.display.plain_json import plain
 from bpc_perception.display.units import MM_PER_M
-from bpc_perception.report.entries import advice_entry, stroke_entries
+from bpc_perception.report.entries import (
+    advice_entry,
+    amount_entry,
+    layer_entries,
+    stroke_entries,
+)
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
 from bpc_perception.report.uniformity import uniformity
@@ -33,7 +39,9 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
                  for start, end in (profile.gaps * MM_PER_M).tolist()],
         'ooze': [{'start_mm': start, 'end_mm': end}
                  for start, end in (profile.ooze * MM_PER_M).tolist()],
-        'strokes': stroke_entries(profile.strokes),
+        'strokes': stroke_entries(profile),
+        'layers': layer_entries(profile),
+        'ink': amount_entry(amount_of(profile, profile.stroke > 0)),
         'offset_mean_mm': statistics.offset_mean * MM_PER_M,
         'offset_rms_mm': statistics.offset_rms * MM_PER_M,
         'warnings': [*log.warnings, *([result.warning] if result.warning else [])],

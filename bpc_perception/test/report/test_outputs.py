@@ -45,9 +45,14 @@ def test_summary(tmp_path, log, provenance):
     assert {key: summary[key] for key in expected} == expected
     assert summary['gaps'] == [{'start_mm': 0.5, 'end_mm': 1.5}]
     assert summary['ooze'] == []
+    unknown = dict.fromkeys(('height_mean_mm', 'area_mean_mm2', 'volume_mm3', 'volume_sigma_mm3',
+                             'commanded_mm3', 'delivered', 'delivered_sigma'))
+    ink = {'length_mm': 4.0, 'known': 0.0, 'thickness_mean_mm': 3.0, **unknown}
     assert summary['strokes'] == [{
         'stroke': 1, 'start_mm': 0.0, 'end_mm': 3.0, 'ink_start_mm': 0.0, 'ink_end_mm': 3.0,
-        'start_lag_mm': 0.0, 'end_lag_mm': 0.0}]
+        'start_lag_mm': 0.0, 'end_lag_mm': 0.0, 'layer': 0, **ink}]
+    assert summary['layers'] == [{'layer': 0, 'gap_count': 1, 'gap_length_mm': 1.0, **ink}]
+    assert summary['ink'] == ink
     assert summary['advice'] == {
         'valid': True, 'reason': 'OVER_EXTRUSION', 'flow_rate_scale': 0.7, 'speed_scale': 1.4,
         'target_thickness_mm': 2.5, 'measured_thickness_mm': 3.0,

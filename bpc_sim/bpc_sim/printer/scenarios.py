@@ -139,6 +139,11 @@ def lattice(speed: float = PRINT_SPEED_M_PER_S, layers: int = 4,
                      sag=0.1e-3, surface=surface)
 
 
+def crosshatch(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
+    """Return the first two layers of the lattice."""
+    return lattice(speed, layers=2)
+
+
 def lattice_curved(speed: float = PRINT_SPEED_M_PER_S) -> PrintJob:
     """Return the lattice on a cylinder of 60 mm radius."""
     return lattice(speed, surface=Cylinder(0.06))
@@ -212,6 +217,7 @@ SCENARIOS: dict[str, Callable[[float], PrintJob]] = {
     'stack': stack,
     'wall': wall,
     'lattice': lattice,
+    'crosshatch': crosshatch,
     'lattice_curved': lattice_curved,
 }
 

@@ -9,7 +9,7 @@ from nicegui import ui
 import numpy as np
 
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.display.legend import as_shown, STATUS_COLOURS
+from bpc_perception.display.legend import as_shown, HEIGHT_COLOUR, STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label, MEANINGS
 from bpc_perception.page import elements
@@ -22,10 +22,10 @@ LEAST_SPAN_M = 1e-3
 
 
 class ChartPanel:
-    """The chart, which a switch narrows to the end of the path.
+    """The chart, which a switch narrows to the end of the path, and a choice to a layer.
 
     Args:
-        on_switch: is called when a person uses the switch.
+        on_switch: is called when a person uses either.
     """
 
     def __init__(self, on_switch: Callable[[], None]) -> None:
@@ -33,6 +33,9 @@ class ChartPanel:
             with title:
                 self._switch = ui.switch(f'newest {NEWEST_LENGTH_M * MM_PER_M:.0f} mm',
                                          on_change=on_switch).props('dense')
+                self._layer = ui.select({None: 'all layers'}, value=None,
+                                        on_change=on_switch).props('dense borderless')
+                self._layer.visible = False
             self._chart = ui.echart({'series': []}).classes('chart')
             self._legend = ui.element('div').classes('legend')
 
@@ -48,12 +51,27 @@ class ChartPanel:
 
     def show(self, profile: ThicknessProfile, target: TargetBand | None, dark: bool) -> None:
         """Show a profile and its target on a light or dark page."""
-        length = profile.arc_length[-1] if len(profile) else 0.0
-        start = max(0.0, length - NEWEST_LENGTH_M) if self.newest_only else 0.0
-        marked = stretches(profile, start)
-        span = (start, max(length, start + LEAST_SPAN_M))
-        self._draw(options(thinned(profile, start), marked, target, span, dark))
+        start, end = self._span(profile)
+        marked = [stretch for stretch in stretches(profile, start) if stretch.start < end]
+        span = (start, max(end, start + LEAST_SPAN_M))
+        self._draw(options(thinned(profile, start, end=end), marked, target, span, dark))
         self._show_legend({stretch.status for stretch in marked}, profile, target)
+
+    def _span(self, profile: ThicknessProfile) -> tuple[float, float]:
+        """Return from where to where the path is shown, and offer its layers to choose from."""
+        layers = np.unique(profile.layer[profile.layer >= 0]).tolist()
+        choices = {None: 'all layers', **{number: f'layer {number}' for number in layers}}
+        if self._layer.options != choices:
+            kept = self._layer.value if self._layer.value in choices else None
+            self._layer.set_options(choices, value=kept)
+        self._layer.visible = len(layers) > 1
+        arc = profile.arc_length
+        if self._layer.value is not None:
+            arc = arc[profile.layer == self._layer.value]
+        if not len(arc):
+            return 0.0, 0.0
+        start, end = (0.0 if self._layer.value is None else float(arc[0])), float(arc[-1])
+        return (max(start, end - NEWEST_LENGTH_M) if self.newest_only else start), end
 
     def _draw(self, chart_options: dict[str, object]) -> None:
         self._chart.options.clear()
@@ -65,6 +83,8 @@ class ChartPanel:
         self._legend.clear()
         with self._legend:
             elements.key(MEASURED_COLOUR, 'thickness ± sigma')
+            if np.isfinite(profile.height).any():
+                elements.key(HEIGHT_COLOUR, 'height')
             if target is not None:
                 elements.key(TARGET_GREY, 'target' if math.isnan(target.dead_band)
                              else f'target ± {target.dead_band:.0%}')

@@ -13,6 +13,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.legend import (
     FULL_COLOUR_DEVIATION,
+    layers_of,
     ON_TARGET_COLOUR,
     STATUS_COLOURS,
     TOO_THICK_COLOUR,
@@ -36,7 +37,8 @@ def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Fi
     The deviation is from the target, or from the median without one.
     """
     figure = go.Figure()
-    _add_ribbon(figure, profile, targets)
+    for layer, own in layers_of(profile):
+        _add_ribbon(figure, profile, targets, layer, own)
     _add_unmeasured(figure, profile)
     return figure.update_layout(
         layout(), margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, legend={'y': 0},
@@ -44,13 +46,13 @@ def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Fi
 
 
 def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
-                targets: WidthTargets | None) -> None:
-    """Draw two triangles from each sample to the next where both are measured."""
+                targets: WidthTargets | None, layer: int, own: NDArray[np.bool_]) -> None:
+    """Draw two triangles from each sample of a layer to the next where both are measured."""
     # Draw every n-th sample only of a long print.
     shown = slice(None, None, -(-len(profile) // MOST_SAMPLES) or 1)
     thickness, arc = (values[shown] for values in (profile.thickness, profile.arc_length))
     sides = [points[shown] for points in (profile.left_points, profile.right_points)]
-    measured = (profile.status[shown] == Status.MEASURED) & np.isfinite(
+    measured = own[shown] & (profile.status[shown] == Status.MEASURED) & np.isfinite(
         sides[0] + sides[1]).all(axis=1)
     stroke = profile.stroke[shown]
     starts = np.flatnonzero(measured[:-1] & measured[1:] & (stroke[:-1] == stroke[1:]))
@@ -67,7 +69,8 @@ def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
         x=x, y=y, z=z, i=i, j=j, k=k, intensity=single(np.nan_to_num(np.tile(deviation, 2))),
         cmin=-PERCENT * FULL_COLOUR_DEVIATION, cmax=PERCENT * FULL_COLOUR_DEVIATION,
         colorscale=((0, TOO_THIN_COLOUR), (0.5, ON_TARGET_COLOUR), (1, TOO_THICK_COLOUR)),
-        name='measured', lighting={'ambient': 1, 'diffuse': 0, 'specular': 0, 'fresnel': 0},
+        name='measured', meta={'layer': layer}, showscale=not figure.data,
+        lighting={'ambient': 1, 'diffuse': 0, 'specular': 0, 'fresnel': 0},
         colorbar={'title': {'text': 'off the ' + ('median' if targets is None else 'target')},
                   'ticksuffix': ' %', 'thickness': 12, 'orientation': 'h', 'y': 1,
                   'yanchor': 'bottom'},

@@ -14,6 +14,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.display.legend import (
     as_shown,
+    layers_of,
     LEFT_COLOUR,
     RIGHT_COLOUR,
     STATUS_COLOURS,
@@ -39,12 +40,15 @@ def image_figure(result: Result) -> go.Figure:
     assert profile is not None
     figure = go.Figure()
     path, profile = path_pixels(result, profile.points), as_shown(profile)
-    for status in Status:
-        _add_path(figure, status, path, profile)
-    measured = profile.status == Status.MEASURED
-    _add_side(figure, 'left side', LEFT_COLOUR, path_pixels(result, profile.left_points), measured)
-    _add_side(figure, 'right side', RIGHT_COLOUR, path_pixels(result, profile.right_points),
-              measured)
+    sides = (('left side', LEFT_COLOUR, path_pixels(result, profile.left_points)),
+             ('right side', RIGHT_COLOUR, path_pixels(result, profile.right_points)))
+    for layer, own in layers_of(profile):
+        for status in Status:
+            _add_path(figure, status, path, profile, layer, own)
+        measured = own & (profile.status == Status.MEASURED)
+        for name, colour, uv in sides:
+            _add_side(figure, name, colour, uv, measured, layer)
+    _show_once(figure)
     figure.add_scatter(x=[None], y=[None], mode='markers', showlegend=False, hoverinfo='skip',
                        marker={'symbol': 'circle-open', 'size': 18, 'color': WINDOW_COLOUR,
                                'line': {'width': 3}})
@@ -59,26 +63,38 @@ def image_figure(result: Result) -> go.Figure:
                'scaleanchor': 'x'})
 
 
-def _add_path(figure: go.Figure, status: Status, uv: Array, profile: ThicknessProfile) -> None:
-    """Draw the samples of a status, at pixels (N, 2); the pointer shows place and thickness."""
-    chosen = profile.status == status
+def _show_once(figure: go.Figure) -> None:
+    """Show what has the same name in several layers once in the legend."""
+    seen: set[str] = set()
+    for trace in figure.data:
+        trace.update(legendgroup=trace.name, showlegend=trace.name not in seen)
+        seen.add(trace.name)
+
+
+def _add_path(figure: go.Figure, status: Status, uv: Array, profile: ThicknessProfile,
+              layer: int, own: NDArray[np.bool_]) -> None:
+    """Draw the samples of a status and layer, at pixels (N, 2).
+
+    The pointer shows place and thickness.
+    """
+    chosen = own & (profile.status == status)
     if not chosen.any():
         return
     samples = np.column_stack((uv, profile.arc_length * MM_PER_M, profile.thickness * MM_PER_M))
     x, y, *hover_data = pen_up(samples, chosen).T.astype(np.float32)
-    figure.add_scatter(x=x, y=y, mode='lines', name=label(status),
+    figure.add_scatter(x=x, y=y, mode='lines', name=label(status), meta={'layer': layer},
                        line={'color': STATUS_COLOURS[status], 'width': LINE_WIDTH_PX},
                        customdata=np.stack(hover_data, axis=1),
                        hovertemplate='at %{customdata[0]:.1f} mm: %{customdata[1]:.3f} mm')
 
 
 def _add_side(figure: go.Figure, name: str, colour: str, uv: Array,
-              measured: NDArray[np.bool_]) -> None:
-    """Draw the side points of the measured samples, at pixels (N, 2)."""
+              measured: NDArray[np.bool_], layer: int) -> None:
+    """Draw the side points of the measured samples of a layer, at pixels (N, 2)."""
     if not measured.any():
         return
     x, y = pen_up(uv, measured).T.astype(np.float32)
-    figure.add_scatter(x=x, y=y, mode='lines', name=name, hoverinfo='skip',
+    figure.add_scatter(x=x, y=y, mode='lines', name=name, hoverinfo='skip', meta={'layer': layer},
                        line={'color': colour, 'width': LINE_WIDTH_PX})
 
 

@@ -1,4 +1,4 @@
-"""Thickness over arc length."""
+"""Thickness and height over arc length."""
 
 from __future__ import annotations
 
@@ -7,9 +7,14 @@ import plotly.graph_objects as go
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.profile import Status
+from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
-from bpc_perception.display.legend import STATUS_COLOURS, TARGET_COLOUR, WINDOW_COLOUR
+from bpc_perception.display.legend import (
+    HEIGHT_COLOUR,
+    STATUS_COLOURS,
+    TARGET_COLOUR,
+    WINDOW_COLOUR,
+)
 from bpc_perception.display.overlay import path_pixels
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.report.figures.data import thickness_ceiling
@@ -39,6 +44,7 @@ def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: fl
     figure = go.Figure()
     shade_statuses(figure, profile)
     _add_measured(figure, result)
+    _add_height(figure, profile)
     if targets is not None:
         _add_target(figure, targets, profile.arc_length * MM_PER_M, dead_band)
     if np.isfinite(advice.window).all():
@@ -48,7 +54,8 @@ def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: fl
                          line={'color': TARGET_COLOUR, 'width': 0.5})
     return figure.update_layout(
         layout(), xaxis={'title': 'arc length [mm]'}, yaxis2=FULL_HEIGHT_AXIS,
-        yaxis={'title': 'thickness [mm]', 'range': (0, thickness_ceiling(profile, targets))})
+        yaxis={'title': 'thickness, height [mm]',
+               'range': (0, thickness_ceiling(profile, targets))})
 
 
 def _add_measured(figure: go.Figure, result: Result) -> None:
@@ -66,6 +73,21 @@ def _add_measured(figure: go.Figure, result: Result) -> None:
         name='thickness', line={'color': STATUS_COLOURS[Status.MEASURED], 'width': 1.5},
         customdata=single(np.column_stack((sigma, path_pixels(result, profile.points)))),
         hovertemplate='%{y:.3f} ± %{customdata[0]:.3f} mm at %{x:.1f} mm<extra></extra>')
+
+
+def _add_height(figure: go.Figure, profile: ThicknessProfile) -> None:
+    """Draw the height of the ink with one standard deviation, where it is known."""
+    arc, height, sigma = (values * MM_PER_M for values in (
+        profile.arc_length, profile.height, profile.height_sigma))
+    if not np.isfinite(height + sigma).any():
+        return
+    figure.add_scatter(**band_outline(arc, height - sigma, height + sigma), mode='lines',
+                       fill='toself', fillcolor=HEIGHT_COLOUR, opacity=0.3, line={'width': 0},
+                       showlegend=False, hoverinfo='skip')
+    figure.add_scatter(
+        x=single(arc), y=single(np.where(np.isfinite(sigma), height, np.nan)), mode='lines',
+        name='height', line={'color': HEIGHT_COLOUR, 'width': 1.5}, customdata=single(sigma),
+        hovertemplate='%{y:.3f} ± %{customdata:.3f} mm high at %{x:.1f} mm<extra></extra>')
 
 
 def _add_target(figure: go.Figure, targets: WidthTargets, arc: Array, dead_band: float) -> None:

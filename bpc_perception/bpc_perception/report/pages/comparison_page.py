@@ -10,7 +10,15 @@ import plotly.graph_objects as go
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.display.legend import PRINT_COLOURS
-from bpc_perception.report.comparison import cells, COLUMNS, differences, PrintResult, rows
+from bpc_perception.report.comparison import (
+    cells,
+    COLUMNS,
+    differences,
+    LAYER_COLUMNS,
+    layer_rows,
+    PrintResult,
+    rows,
+)
 from bpc_perception.report.figures.data import pen_up
 from bpc_perception.report.figures.style import layout, single
 from bpc_perception.report.pages.page import page
@@ -28,6 +36,9 @@ def render(prints: Sequence[PrintResult]) -> str:
         {'thickness': _thickness_figure(coloured), 'histogram': _histogram_figure(coloured)},
         headings=[column.heading for column in COLUMNS],
         rows=list(zip(colours, map(cells, rows(prints)), strict=True)),
+        layer_headings=[column.heading for column in LAYER_COLUMNS],
+        layers=[(layer, colours[number], prints[number].name, words)
+                for layer, number, words in layer_rows(prints)],
         names=[print_.name for print_ in prints], differences=differences(prints))
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from bpc_perception.core.advice.targets import WidthTargets
-from bpc_perception.core.profile import Status
-from bpc_perception.display.legend import STATUS_COLOURS
+from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.display.legend import layers_of, STATUS_COLOURS
+from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_words, label, MEANINGS
 from bpc_perception.report.figures.deviation_map import map_figure
 from bpc_perception.report.figures.histogram import histogram_figure
@@ -42,10 +43,18 @@ def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None 
         summary=summary, advice_words=advice_in_words(advice),
         statuses=[(status.name, label(status), STATUS_COLOURS[status], MEANINGS[status])
                   for status in Status],
+        layers=layer_choices(profile),
         aspect=f'{result.capture.camera.width} / {result.capture.camera.height}',
         reference='median' if targets is None else 'target',
         frames=frames, shown=next(number for number, frame in enumerate(frames)
                                   if not frame['source']))
+
+
+def layer_choices(profile: ThicknessProfile) -> list[dict[str, Any]]:
+    """Return the layers to choose from, and between which arc lengths [mm] each lies."""
+    arc = profile.arc_length * MM_PER_M
+    return [{'layer': layer, 'from': float(arc[own].min()), 'to': float(arc[own].max())}
+            for layer, own in layers_of(profile)]
 
 
 def capture_frames(log: PrintLog) -> list[dict[str, object]]:

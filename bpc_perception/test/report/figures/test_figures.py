@@ -4,6 +4,7 @@ import base64
 from dataclasses import replace
 
 import numpy as np
+from perception_builders import on_one_layer
 import pytest
 
 from bpc_perception.core.advice.targets import WidthTargets
@@ -120,7 +121,7 @@ def test_long_print_is_thinned_in_3d(result):
                    extruding=np.ones(count, bool), extruder_known=np.ones(count, bool),
                    stroke=np.ones(count, np.intp), status=np.zeros(count, np.uint8),
                    thickness=2 * plain, sigma=plain, left=plain, right=plain,
-                   left_points=points, right_points=points)
+                   left_points=points, right_points=points, **on_one_layer(count))
     ribbon = trace(map_figure(long, None), 'measured')
     assert 0.4 * MOST_SAMPLES < len(ribbon.x) / 2 <= MOST_SAMPLES
 

@@ -25,7 +25,8 @@ from bpc_perception.core.measurement.cross_section.pooled_fit import (
     UNKNOWN_M,
 )
 
-POOLED_M, SHAPED_M = 7e-4, 5e-3  # to either side along the path: of height, of shape
+# To either side along the path: of height, of shape, of how deep light goes.
+POOLED_M, SHAPED_M, DEEP_M = 7e-4, 5e-3, 2e-2
 FITTED = 0.85  # of half a width; farther out points are rare, and mixed with what lies beside
 CENTRAL = 0.3
 ROUNDS = 3
@@ -36,7 +37,9 @@ WILD_M = 2e-3  # from what is usual along the path: no point of the bead
 SIGMA_GAIN = 1.35
 ROUNDNESS_SIGMA, LEAST_ROUND, MOST_ROUND = 0.3, -0.4, 1.5  # of r, as it is among beads
 RISE_SIGMA = 0.08  # by which a bead is higher than around it, as a share of its height
-TOO_DEEP_SIGMAS, TOO_DEEP_M = 3.0, 5e-5
+# So far below its feet comes the cloud of ink that light goes into; of a flat bead that is less
+# surely known.
+TOO_DEEP_SIGMAS, TOO_DEEP_M, FLAT_TOO_DEEP_M = 3.0, 5e-5, 1e-4
 
 
 @dataclass(frozen=True)
@@ -106,8 +109,10 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
         noise = spread * np.sqrt(repeated)
         fitted &= np.abs(residual) <= OUTLIER_SIGMAS * spread
     # No ink is more pointed than a parabola: fitted by one, its feet would lie too high.
-    deep = np.any([_below_feet(pooled_fit(basis[:count], height, fitted, wide, noise, (
-        UNKNOWN_M, UNKNOWN_M, bend_sigma)[:count]), foot_sigma) for count in (2, 3)], axis=0)
+    parabola = pooled_fit(basis[:2], height, fitted, wide, noise, (UNKNOWN_M, UNKNOWN_M))
+    along = 2 * round(DEEP_M / spacing) + 1, piece
+    deep = (_below_feet(parabola, foot_sigma, TOO_DEEP_M, *along)
+            | _below_feet(free, foot_sigma, FLAT_TOO_DEEP_M, *along))
     level, rise, bend = pooled_fit(basis, height, fitted, wide, noise,
                                     (foot_sigma, UNKNOWN_M, bend_sigma)).values.T
     with np.errstate(invalid='ignore', divide='ignore'):
@@ -126,7 +131,12 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
                   deep)
 
 
-def _below_feet(fit: PooledFit, foot_sigma: Array) -> Flags:
-    """Return where (N,) beads come down to their edges below the feet of their sections."""
-    unsure = np.sqrt(fit.covariance[:, 0, 0] + foot_sigma**2)
-    return np.asarray(fit.values[:, 0] < -np.maximum(TOO_DEEP_M, TOO_DEEP_SIGMAS * unsure))
+def _below_feet(fit: PooledFit, foot_sigma: Array, least: float, window: int,
+                piece: Index) -> Flags:
+    """Return where (N,) beads come down to their edges below their feet, at least so far [m].
+
+    Light goes into ink everywhere: what is usual along a window counts.
+    """
+    unsure = SIGMA_GAIN * np.sqrt(fit.covariance[:, 0, 0] + foot_sigma**2)
+    level = running_median(fit.values[:, 0], window, piece)
+    return np.asarray(level < -np.maximum(least, TOO_DEEP_SIGMAS * unsure))

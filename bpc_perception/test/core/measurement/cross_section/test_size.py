@@ -32,7 +32,8 @@ def test_a_parabola_on_the_bed_holds_two_thirds_of_its_box() -> None:
     assert found.area[0] == pytest.approx(2 / 3 * WIDTH * RISE, rel=1e-5)
     # Of level and rise: the area is width (d + 2/3 s); its width is known to 1 %.
     assert found.area_sigma[0] == pytest.approx(np.sqrt(
-        (WIDTH * 0.01 * MM)**2 * (1 + 4 / 9) + (0.01**2 + SHAPE_SIGMA**2) * found.area[0]**2), rel=1e-4)
+        (WIDTH * 0.01 * MM)**2 * (1 + 4 / 9) + (0.01**2 + SHAPE_SIGMA**2) * found.area[0]**2),
+        rel=1e-4)
     assert found.height_sigma[0] == pytest.approx(np.sqrt(2) * 0.01 * MM, rel=1e-6)
 
 
