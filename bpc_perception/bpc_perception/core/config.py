@@ -90,6 +90,9 @@ class AdviceConfig(Config):
         's', 0, 10)] = 0.4
     stale_after: Annotated[float, Parameter(
         'Age of the newest measured sample from which advice is invalid', 's', 0.1, 3600)] = 20.0
+    by_volume: Annotated[bool, Parameter(
+        'Change only what width and volume agree on, where areas are known and the flow rate is '
+        'calibrated')] = True
     lifetime: Annotated[float, Parameter(
         'How long advice holds after its capture', 's', 0.1, 3600)] = 5.0
 

@@ -47,7 +47,7 @@ def label(status: Status) -> str:
 
 def advice_in_words(advice: RateAdvice) -> str:
     """Return what to do, and why, as a sentence."""
-    reason = REASONS[advice.reason]
+    reason = REASONS[advice.reason] + (', by width and volume' if advice.by_volume else '')
     if not advice.valid or advice.reason == Reason.ON_TARGET:
         return f'change nothing: {reason}'
     return (f'flow x {advice.flow_rate_scale:.2f}, or else speed x {advice.speed_scale:.2f}: '

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from std_msgs.msg import Header
 
@@ -12,6 +14,8 @@ from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_t
 # Fields that have the same name in both forms.
 SHARED_FIELDS = ('reference_time', 'expected_thickness', 'delivery', 'delivery_sigma', 'lag',
                  'lag_sigma', 'flow_rate', 'plunger_velocity', 'speed')
+# Older recordings have none of these.
+NEWER_FIELDS: dict[str, Any] = {'by_volume': False, 'measured_area': float('nan')}
 
 
 def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:
@@ -24,7 +28,7 @@ def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:
         flow_rate_scale=advice.flow_rate_scale, speed_scale=advice.speed_scale,
         confidence=advice.confidence, measurement_age=advice.measurement_age,
         valid_until=ns_to_stamp(advice.valid_until_ns),
-        **{name: getattr(advice, name) for name in SHARED_FIELDS})
+        **{name: getattr(advice, name) for name in (*SHARED_FIELDS, *NEWER_FIELDS)})
 
 
 def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
@@ -45,4 +49,5 @@ def advice_from_message(message: RateAdviceMsg) -> RateAdvice:
         flow_rate_scale=message.flow_rate_scale, speed_scale=message.speed_scale,
         confidence=message.confidence, measurement_age=message.measurement_age,
         valid_until_ns=stamp_to_ns(message.valid_until),
-        **{name: getattr(message, name) for name in SHARED_FIELDS})
+        **{name: getattr(message, name) for name in SHARED_FIELDS},
+        **{name: getattr(message, name, default) for name, default in NEWER_FIELDS.items()})

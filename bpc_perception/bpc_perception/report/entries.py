@@ -96,6 +96,8 @@ def advice_entry(advice: RateAdvice) -> dict[str, Any]:
         'target_thickness_mm': advice.target_thickness * MM_PER_M,
         'measured_thickness_mm': advice.measured_thickness * MM_PER_M,
         'expected_thickness_mm': advice.expected_thickness * MM_PER_M,
+        'by_volume': advice.by_volume,
+        'measured_area_mm2': advice.measured_area * MM_PER_M**2,
         'delivery': advice.delivery,
         'delivery_sigma': advice.delivery_sigma,
         'lag_s': advice.lag,

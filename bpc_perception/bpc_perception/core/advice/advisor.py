@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bpc_perception.core.advice.agreement import agreed
 from bpc_perception.core.advice.contradictions import Contradictions
 from bpc_perception.core.advice.correction import correct, Situation
 from bpc_perception.core.advice.delivery_filter import Delivery
@@ -66,6 +67,7 @@ class _Print:
         blind_until: arc length; what was laid before says nothing of the rate in force [m].
         prior: logarithm of the gain for which the print was set up; NaN = not known.
         observations: what captures and path say together; None before the first with a command.
+        areas: the same of areas, instead of widths.
         command: in force.
         contradictions: among widths, as far as they are known.
     """
@@ -81,6 +83,7 @@ class _Print:
     blind_until: float = -np.inf
     prior: float = np.nan
     observations: Observations | None = None
+    areas: Observations | None = None
     command: _Command = field(default_factory=_Command)
     contradictions: Contradictions = field(default_factory=Contradictions)
 
@@ -115,6 +118,7 @@ class _Print:
             return False
         self.blind_until = path.arc_length[-1] + self.command.speed * self.until_effect
         self.observations = Observations(path, self.blind_until)
+        self.areas = None  # without a recorded rate there is no volume to compare with
         return True
 
 
@@ -170,7 +174,7 @@ class Advisor:
             return advice
         assert current.observations is not None
         unrecorded = not current.observations.rate_known
-        advice = _corrected(advice, current, finding, delivery, path, elapsed,
+        advice = _corrected(advice, current, finding, delivery, path, profile, elapsed,
                             self.setup.followed if unrecorded else 0.0, config)
         if unrecorded:
             self.setup = self.setup.after(float(np.log(advice.flow_rate_scale)))
@@ -205,6 +209,8 @@ class Advisor:
             return None
         observations = current.observations = current.observations or Observations(path)
         observations.take(path, profile)
+        current.areas = current.areas or Observations(path, by_area=True)
+        current.areas.take(path, profile)
         laid = observations.laid
         laying = np.flatnonzero(laid.laying)
         if len(laying) == 0:
@@ -274,21 +280,29 @@ def _with_delivery(advice: RateAdvice, current: _Print, delivery: Delivery) -> R
 
 
 def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: Delivery,
-               path: DepositionPath, elapsed: float, followed: float,
+               path: DepositionPath, profile: ThicknessProfile, elapsed: float, followed: float,
                config: AdviceConfig) -> RateAdvice:
     """Return valid advice: the factors that reach the target, as far as they are allowed."""
     assert current.observations is not None
     # Of the recent past: a corner now says nothing of what is to come.
     speed, rate = np.log(current.observations.means(config.window))
-    correction = correct(
-        Situation(area=2 * np.log(advice.target_thickness), speed=speed, rate=rate,
-                  volume=np.log(current.command.volume),
-                  lacking=2 * np.log(advice.target_thickness / advice.measured_thickness),
-                  prior=current.prior,
-                  correcting=current.correcting, followed=followed, elapsed=elapsed,
-                  longest_period=max(current.periods, default=0.0),
-                  until_effect=current.until_effect),
-        finding, delivery, config)
+    situation = Situation(
+        area=2 * np.log(advice.target_thickness), speed=speed, rate=rate,
+        volume=np.log(current.command.volume),
+        lacking=2 * np.log(advice.target_thickness / advice.measured_thickness),
+        prior=current.prior, correcting=current.correcting, followed=followed, elapsed=elapsed,
+        longest_period=max(current.periods, default=0.0), until_effect=current.until_effect)
+    correction = correct(situation, finding, delivery, config)
+    area = measured_area(profile, advice.window)
+    by_area = (config.by_volume and current.areas is not None and area > 0
+               and current.areas.is_volume())
+    if by_area:
+        assert current.areas is not None
+        seen = current.areas.find(current.command.volume * current.command.speed, current.prior,
+                                  config.clog_drop)
+        lacking = situation.area - np.log(area) - current.prior
+        correction = agreed(correction, correct(replace(situation, lacking=lacking), seen,
+                                                seen.models.estimate(), config))
     current.correcting = correction.reason != Reason.ON_TARGET
     if current.correcting:
         current.begin_anew(path)
@@ -299,4 +313,12 @@ def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: 
         flow_rate_scale=flow_scale, speed_scale=speed_scale,
         flow_rate=float(path.flow_rate[last]) * flow_scale,
         plunger_velocity=float(path.plunger_velocity[last]) * flow_scale,
-        speed=float(current.command.speed) * speed_scale)
+        speed=float(current.command.speed) * speed_scale,
+        by_volume=by_area, measured_area=area)
+
+
+def measured_area(profile: ThicknessProfile, extent: tuple[float, float]) -> float:
+    """Return the median area between two arc lengths [m^2]; NaN = not known."""
+    inside = (profile.arc_length >= extent[0]) & (profile.arc_length <= extent[1])
+    area = profile.area[inside & (profile.area > 0)]
+    return float(np.median(area)) if len(area) else np.nan

@@ -14,6 +14,7 @@ from bpc_perception.core.advice.laid import (
     held_rates,
     Laid,
     laid_along,
+    RATES,
     REACH,
     recorded_rate,
 )
@@ -22,6 +23,9 @@ from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
 
 OBSERVATION_LENGTH_M = 1e-3  # of path that makes one observation
+# Samples that tell whether volumes can be compared, and between which shares of what was commanded
+# they lie if so: an extruder that is calibrated.
+LEAST_AREAS, LEAST_VOLUME, MOST_VOLUME = 25, 0.7, 1.4
 SPEED_S = 0.8  # over which the speed in force is taken: a glitch of stamps is shorter
 SPEED_LOST_S = 1.5  # without a steady way, after which it is not known
 SETTLED_M = 0.02  # path behind the nozzle from which no capture brings news
@@ -73,13 +77,16 @@ class Observations:
     Args:
         path: of the print.
         start: arc length before which nothing is learned [m].
+        by_area: whether the area of the cross-section is observed, instead of the width.
 
     Attributes:
         rate_known: whether the command was recorded.
         laid: what the path says of the ink.
     """
 
-    def __init__(self, path: DepositionPath, start: float = -np.inf) -> None:
+    def __init__(self, path: DepositionPath, start: float = -np.inf,
+                 by_area: bool = False) -> None:
+        self._by_area = by_area
         self._rate = recorded_rate(path)
         self.rate_known = bool(self._rate)
         self._path = path.where(np.zeros(len(path), bool))
@@ -110,8 +117,10 @@ class Observations:
         place = np.searchsorted(self._path.time, profile.time)
         measured = profile.status == Status.MEASURED
         seen = measured | (profile.status == Status.GAP)
-        self._width[place[seen]] = profile.thickness[seen]
-        self._sigma[place[measured]] = profile.sigma[measured]
+        values, sigma = ((profile.area, profile.area_sigma) if self._by_area
+                         else (profile.thickness, profile.sigma))
+        self._width[place[seen]] = values[seen]
+        self._sigma[place[measured]] = sigma[measured]
 
     def find(self, held: float, prior: float, clog_drop: float) -> Finding:
         """Find how much arrives.
@@ -134,7 +143,7 @@ class Observations:
             follower.models.move(OBSERVATION_LENGTH_M)
             chosen = start + np.flatnonzero(usable[start:end])
             if len(chosen) >= 2:
-                follower.follow(self._observe(chosen))
+                follower.follow(self._observe(chosen, prior))
         if last_settled > self._settled_number:
             self._settled, self._settled_number = settled, last_settled
         return Finding(follower.models, np.maximum(self._flow[-1], LEAST_FLOW * held),
@@ -151,13 +160,27 @@ class Observations:
         return np.asarray((self._width > 0) & laid.laying & laid.steady & laid.under_way
                           & (arc >= self._start) & (np.cumsum(near)[:-1] == 0))
 
-    def _observe(self, chosen: Index) -> _Observation:
+    def is_volume(self) -> bool:
+        """Return whether what is commanded is about the volume that is seen, and not a rate only.
+
+        Else nobody can say from the area of the ink alone whether it is too much.
+        """
+        area, volume = self._width, self.laid.volume
+        known = (area > 0) & self.laid.laying & self.laid.steady
+        if self._rate != RATES[0] or known.sum() < LEAST_AREAS:
+            return False
+        return bool(LEAST_VOLUME < np.median(area[known] / volume[known]) < MOST_VOLUME)
+
+    def _observe(self, chosen: Index, prior: float) -> _Observation:
         """Return what the path points of an index (K,) say together."""
         width, sigma = self._width[chosen], self._sigma[chosen]
         volume = self.laid.volume[chosen].mean()
         arrived = np.maximum(self.laid.arrived[chosen].mean(axis=0), LEAST_FLOW * volume)
-        noise = 2 * np.mean(sigma / width)
-        return _Observation(float(np.log(np.mean(width**2))), np.log(arrived),
+        relative = np.mean(sigma / width)
+        # Of an area the gain is the share that arrives, which is 1 as the print was set up.
+        log_area, noise = ((np.log(width.mean()) + prior, relative) if self._by_area
+                           else (np.log(np.mean(width**2)), 2 * relative))
+        return _Observation(float(log_area), np.log(arrived),
                             noise**2 + transient_variance(arrived, volume))
 
     def in_force(self, last: int) -> tuple[float, float]:

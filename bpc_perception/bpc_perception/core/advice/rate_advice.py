@@ -49,6 +49,8 @@ class RateAdvice:
         lag, lag_sigma: time constant of the delivery and its standard deviation [s].
         flow_rate, plunger_velocity, speed: the advice as values [m^3/s, m/s, m/s]; NaN =
             unknown.
+        by_volume: whether width and volume had to agree on it; else it is by width alone.
+        measured_area: median area of the cross-section in the window [m^2]; NaN = unknown.
     """
 
     stamp_ns: int
@@ -73,6 +75,8 @@ class RateAdvice:
     flow_rate: float = np.nan
     plunger_velocity: float = np.nan
     speed: float = np.nan
+    by_volume: bool = False
+    measured_area: float = np.nan
 
     @classmethod
     def none(cls, stamp_ns: int) -> RateAdvice:

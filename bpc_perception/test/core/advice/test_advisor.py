@@ -474,3 +474,57 @@ def test_ink_that_seems_to_become_narrower_is_not_made_up_for() -> None:
     assert not advice.valid
     assert advice.reason == Reason.NOT_ENOUGH_DATA
     assert advice.flow_rate_scale == 1
+
+
+NOMINAL = FLOW / SPEED  # area that was commanded
+
+
+def with_area(path: DepositionPath, thickness: float, area: float) -> ThicknessProfile:
+    """What is measured of a bead of this width and area."""
+    profile = seen(path, thickness)
+    return replace(profile, area=np.full(len(path), area),
+                   area_sigma=np.full(len(path), 0.02 * area))
+
+
+def test_a_squashed_bead_is_not_too_much_ink() -> None:
+    """Wide and low: a fifth wider, but as much ink as was commanded."""
+    path = laid(200)
+    by_width = Advisor().advise(seen(path, 1.2 * TARGET), path, CONFIG)
+    assert by_width.reason == Reason.OVER_EXTRUSION
+    assert not by_width.by_volume
+    advice = Advisor().advise(with_area(path, 1.2 * TARGET, NOMINAL), path, CONFIG)
+    assert advice.valid
+    assert advice.by_volume
+    assert advice.reason == Reason.ON_TARGET
+    assert advice.flow_rate_scale == 1
+    assert advice.measured_area == pytest.approx(NOMINAL)
+
+
+@pytest.mark.parametrize('share', [0.8, 1.25])
+def test_what_width_and_volume_agree_on_is_corrected(share: float) -> None:
+    path = laid(200)
+    advice = Advisor().advise(with_area(path, width(share=share), share * NOMINAL), path, CONFIG)
+    assert advice.by_volume
+    assert advice.flow_rate_scale == pytest.approx(1 / share, rel=0.03)
+
+
+def test_the_smaller_change_is_asked_for() -> None:
+    path = laid(200)
+    advice = Advisor().advise(with_area(path, width(share=0.6), 0.9 * NOMINAL), path, CONFIG)
+    assert advice.flow_rate_scale == pytest.approx(1 / 0.9, rel=0.03)
+
+
+def test_where_the_flow_is_not_the_volume_that_is_seen_the_width_counts() -> None:
+    """An extruder whose flow is told in other units, or never calibrated."""
+    path = laid(200)
+    advice = Advisor().advise(with_area(path, width(share=0.8), 0.25 * NOMINAL), path, CONFIG)
+    assert not advice.by_volume
+    assert advice.flow_rate_scale == pytest.approx(1 / 0.8, rel=0.03)
+
+
+def test_by_volume_can_be_switched_off() -> None:
+    path = laid(200)
+    config = replace(CONFIG, by_volume=False)
+    advice = Advisor().advise(with_area(path, 1.2 * TARGET, NOMINAL), path, config)
+    assert advice.reason == Reason.OVER_EXTRUSION
+    assert not advice.by_volume
