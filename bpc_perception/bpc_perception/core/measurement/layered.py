@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Index
@@ -16,9 +17,11 @@ from bpc_perception.core.measurement.cross_section.on_ink.below import Below
 from bpc_perception.core.measurement.cross_section.on_ink.method import measure_on_ink
 from bpc_perception.core.measurement.kept import answered, Kept
 from bpc_perception.core.measurement.samples import Samples, unseen
+from bpc_perception.core.measurement.scale import steady_window
 from bpc_perception.core.measurement.track import track_along
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.path.tangents import typical_spacing
 from bpc_perception.core.profile import Status
 
 MOST_LOOKS = 3  # that give an answer; the best of them is kept
@@ -63,10 +66,12 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
     shown = np.flatnonzero(places.shown & (places.stroke > 0))
     track = track_along(path, places.stroke, shown, places.layer)
     contrast = memory.last.results.contrast if memory.last is not None else None
-    wanted = ~(away[shown] < unsure) & (kept.looks[shown] < MOST_LOOKS)
+    newest = track.layer == track.layer[-1:].max(initial=0)
+    wanted = ~(away[shown] < unsure) & (kept.looks[shown] < np.where(newest, MOST_LOOKS, 1))
+    # What is around tells how light and ink change, and is not kept.
+    asked = maximum_filter1d(wanted, 2 * steady_window(typical_spacing(track.points)) - 1)
     for layer in np.unique(track.layer[wanted]).tolist():
-        # What is not wanted any more still tells what ink looks like, and where it is.
-        index = np.flatnonzero((track.layer == layer) & ~covered[shown])
+        index = np.flatnonzero(asked & (track.layer == layer) & ~covered[shown])
         if layer == 0:
             found = measure_cross_sections(view, track, bed, config, index, contrast).samples
         else:

@@ -45,21 +45,24 @@ class Layering:
 
 
 class LayerFinder:
-    """Finds the layers of a growing path. What it costs follows from what is new."""
+    """Finds the layers of a growing path. What it costs follows from what is new.
+
+    Points keep what was found of them, though the beginning of a stroke may be told anew.
+    """
 
     def __init__(self) -> None:
-        self._print_id = ''
-        self._up: Plane | None = None
         self._begin('', None)
 
     def _begin(self, print_id: str, up: Plane | None) -> None:
         self._print_id, self._up = print_id, up
-        # Of the known points:
-        self._time, self._arc, self._height = np.empty(0), np.empty(0), np.empty(0)
-        self._stroke, self._place = np.empty(0, np.intp), np.empty((0, 2))
+        self._time, self._order = np.empty(0), np.empty(0, np.intp)  # sorted, and whose they are
+        # Of the known points of strokes, in the order in which they became known:
+        self._place: list[tuple[float, float]] = []
+        self._height: list[float] = []
+        self._arc: list[float] = []
+        self._piece: list[int] = []  # the first point of the piece in which each is
         self._layer: list[int] = []
         self._rise: list[float] = []
-        self._piece: list[int] = []  # the first point of the piece in which each is
         self._beside = BESIDE_M
         self._cells: dict[tuple[int, int], list[int]] = {}
 
@@ -75,91 +78,100 @@ class LayerFinder:
             self._begin(path.print_id, bed)
             self._beside = max(BESIDE_M, SPACINGS * typical_spacing(path.points))
         assert self._up is not None
-        known = self._same(path, stroke)
-        self._forget_from(known)
-        self._time, self._arc, self._stroke = path.time, path.arc_length, stroke
-        new = path.points[known:]
-        self._place = np.concatenate((self._place[:known], self._up.coordinates(new)))
-        self._height = np.concatenate((self._height[:known], self._up.height(new)))
-        for index in range(known, len(path)):
-            self._add(index)
-        return Layering(np.array(self._layer, np.intp), np.array(self._rise, np.float64))
+        laid = np.flatnonzero(stroke > 0)
+        known = self._known(path.time[laid])
+        new = np.flatnonzero(known < 0)
+        place = self._up.coordinates(path.points[laid[new]]).tolist()
+        height, arc = self._up.height(path.points[laid[new]]).tolist(), path.arc_length[laid[new]]
+        follows = np.append(False, (np.diff(laid) == 1) & (np.diff(stroke[laid]) == 0))
+        for number, each in enumerate(new.tolist()):
+            before = int(known[each - 1]) if follows[each] else None
+            known[each] = self._add(place[number], height[number], float(arc[number]), before)
+        self._remember(path.time[laid[new]], known[new])
+        layer, rise = np.full(len(path), ON_TRAVEL, np.intp), np.full(len(path), np.nan)
+        layer[laid] = np.array(self._layer, np.intp)[known]
+        rise[laid] = np.array(self._rise)[known]
+        return Layering(layer, rise)
 
-    def _same(self, path: DepositionPath, stroke: Index) -> int:
-        """Return how many points are as they were, up to the beginning of a piece that is not."""
-        count = min(len(path), len(self._layer))
-        other = np.flatnonzero((path.time[:count] != self._time[:count])
-                               | (stroke[:count] != self._stroke[:count]))
-        return self._piece[int(other[0])] if len(other) else count
+    def _known(self, time: Array) -> Index:
+        """Return which known point each time (K,) is of; -1 = none."""
+        found = np.full(len(time), -1)
+        if len(self._time):
+            place = np.minimum(np.searchsorted(self._time, time), len(self._time) - 1)
+            same = self._time[place] == time
+            found[same] = self._order[place[same]]
+        return found
 
-    def _forget_from(self, count: int) -> None:
-        for index in range(len(self._layer) - 1, count - 1, -1):
-            cell = self._cells.get(self._cell(index), [])
-            if cell and cell[-1] == index:
-                cell.pop()
-        del self._layer[count:], self._rise[count:], self._piece[count:]
+    def _remember(self, time: Array, number: Index) -> None:
+        """Remember the times (K,) of new points by their numbers (K,)."""
+        time, number = np.append(self._time, time), np.append(self._order, number)
+        order = np.argsort(time, kind='stable')
+        self._time, self._order = time[order], number[order]
 
-    def _add(self, index: int) -> None:
-        """Find what the next point lies on."""
-        begins = (index == 0 or self._stroke[index] != self._stroke[index - 1]
-                  or self._rises(index))
-        first = index if begins else self._piece[-1]
-        layer, rise = ON_TRAVEL, math.nan
-        if self._stroke[index]:
-            layer, rise = self._like_others(index) if begins else self._as_before()
-            top = max(self._below(index), key=self._height.__getitem__, default=None)
-            if top is not None and self._layer[top] + 1 >= layer:
-                climbed, layer = layer, self._layer[top] + 1
-                rise = float(self._height[index] - self._height[top])
-                if (layer > climbed and self._piece[top] != first
-                        and self._arc[index] - self._arc[first] < BRIDGE_M):
-                    # It came upon ink: now it is known what it lies on from its beginning.
-                    self._layer[first:] = [layer] * (index - first)
-                    self._rise[first:] = [rise] * (index - first)
-            self._cells.setdefault(self._cell(index), []).append(index)
+    def _add(self, place: list[float], height: float, arc: float, before: int | None) -> int:
+        """Find what the next point lies on; return its number.
+
+        Args:
+            place: along the bed [m].
+            height: above it [m].
+            arc: arc length [m].
+            before: number of the point before it on the same stroke; None = it begins one.
+        """
+        number = len(self._layer)
+        if before is not None:
+            risen, gone = height - self._height[before], arc - self._arc[before]
+            before = None if risen > STEEP * gone else before  # the next layer begins
+        self._place.append((place[0], place[1]))
+        self._height.append(height)
+        self._arc.append(arc)
+        first = number if before is None else self._piece[before]
+        self._piece.append(first)
+        layer, rise = (self._like_others(number) if before is None
+                       else (self._layer[before], self._rise[before]))
         self._layer.append(layer)
         self._rise.append(rise)
-        self._piece.append(first)
+        top = max(self._below(number), key=self._height.__getitem__, default=None)
+        if top is not None and self._layer[top] + 1 >= layer:
+            came_upon = (self._layer[top] + 1 > layer and self._piece[top] != first
+                         and arc - self._arc[first] < BRIDGE_M)
+            layer, rise = self._layer[top] + 1, height - self._height[top]
+            # If it came upon ink now, it is known what it lies on from its beginning.
+            for each in range(first if came_upon else number, number + 1):
+                if self._piece[each] == first:
+                    self._layer[each], self._rise[each] = layer, rise
+        self._cells.setdefault(self._cell(number), []).append(number)
+        return number
 
-    def _as_before(self) -> tuple[int, float]:
-        return self._layer[-1], self._rise[-1]
-
-    def _rises(self, index: int) -> bool:
-        """Return whether the path rises steeply to a point."""
-        rise = float(self._height[index] - self._height[index - 1])
-        return rise > STEEP * float(self._arc[index] - self._arc[index - 1])
-
-    def _below(self, index: int) -> Iterator[int]:
+    def _below(self, number: int) -> Iterator[int]:
         """Yield the earlier points right below a point."""
-        u, v = self._cell(index)
-        highest = self._height[index] - LEAST_RISE_M
+        u, v = self._cell(number)
+        highest = self._height[number] - LEAST_RISE_M
         for column in range(u - 1, u + 2):
             for row in range(v - 1, v + 2):
                 for other in self._cells.get((column, row), ()):
                     if (self._height[other] < highest
-                            and math.dist(self._place[other], self._place[index]) < self._beside
-                            and (self._stroke[other] != self._stroke[index]
-                                 or self._arc[index] - self._arc[other] > OWN_WAY_M)):
+                            and math.dist(self._place[other], self._place[number]) < self._beside
+                            and (self._piece[other] != self._piece[number]
+                                 or self._arc[number] - self._arc[other] > OWN_WAY_M)):
                         yield other
 
-    def _like_others(self, index: int) -> tuple[int, float]:
+    def _like_others(self, number: int) -> tuple[int, float]:
         """Return what a piece is taken to lie on until it comes upon ink.
 
         Ink right beside it tells, by its height. Else it is on the bed if it is as high as the
         first piece, or goes on in the layer of the piece before.
         """
-        earlier = np.flatnonzero(self._stroke[:index] > 0)
-        if not len(earlier):
+        if not number:
             return 0, math.nan
-        away = np.linalg.norm(self._place[earlier] - self._place[index], axis=1)
-        other = int(earlier[np.argmin(away)])
-        higher = float(self._height[index] - self._height[other])
-        if away.min() < NEIGHBOUR_M and abs(higher) < LEAST_RISE_M + STEEPEST_BED * away.min():
+        away = np.linalg.norm(np.array(self._place[:number]) - self._place[number], axis=1)
+        other = int(np.argmin(away))
+        higher = self._height[number] - self._height[other]
+        if away[other] < NEIGHBOUR_M and abs(higher) < LEAST_RISE_M + STEEPEST_BED * away[other]:
             return self._layer[other], self._rise[other]
-        if abs(self._height[index] - self._height[earlier[0]]) < LEAST_RISE_M:
+        if abs(self._height[number] - self._height[0]) < LEAST_RISE_M:
             return 0, math.nan
-        return self._layer[earlier[-1]], self._rise[earlier[-1]]
+        return self._layer[number - 1], self._rise[number - 1]
 
-    def _cell(self, index: int) -> tuple[int, int]:
-        u, v = self._place[index] / self._beside
-        return math.floor(u), math.floor(v)
+    def _cell(self, number: int) -> tuple[int, int]:
+        u, v = self._place[number]
+        return math.floor(u / self._beside), math.floor(v / self._beside)
