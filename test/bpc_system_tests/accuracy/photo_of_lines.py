@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-import os
 from pathlib import Path
 
 import cv2
@@ -27,6 +26,7 @@ from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.recording.bag_writer import BagWriter
+from bpc_system_tests.accuracy.published import beside_repository
 
 PHOTO = Path('shared/data/fff_pa_lines/calibration_control_calibrated.png')
 PANEL_STARTS_MM = (0.0, 35.0, 70.0)  # left ends of the panels' lines
@@ -122,9 +122,7 @@ class Job:
 
 def find_photo() -> Path | None:
     """Return the photo, or None where it is not beside the repository."""
-    here = os.environ.get('BPC_ROOT', Path(__file__).resolve().parents[3])
-    photo = Path(here).parent / PHOTO
-    return photo if photo.is_file() else None
+    return beside_repository(PHOTO)
 
 
 def camera() -> tuple[PinholeCamera, Array]:

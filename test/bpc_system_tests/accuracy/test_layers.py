@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from bpc_sim.studies import Row
-from bpc_sim.studies.layers_study import measure_print, rows
+from bpc_sim.studies.layers_study import measure_print, rows, TRANSLUCENT
 
 THRESHOLDS = yaml.safe_load(
     Path(__file__).with_name('layers_thresholds.yaml').read_text(encoding='utf-8'))
@@ -37,8 +37,25 @@ def test_each_layer_is_measured_as_it_is(name: str, table: list[Row]) -> None:
     assert missed == []
 
 
-def test_a_sigma_says_how_far_off_a_width_may_be(table: list[Row]) -> None:
-    missed = [row for row in table
-              if not (row['within_1_sigma'] >= THRESHOLDS['within_1_sigma']
-                      and row['within_2_sigma'] >= THRESHOLDS['within_2_sigma'])]
+@pytest.mark.parametrize('name', list(PRINTS))
+def test_height_area_and_volume_are_those_of_the_ink(name: str, table: list[Row]) -> None:
+    height = THRESHOLDS['height_MAE_mm']
+    missed = [row for row in table if row['scene'] == name and not (
+        row['sized'] >= THRESHOLDS['sized']
+        and row['height_MAE_mm'] <= (height['on_ink'] if row['layer'] else height['on_bed'])
+        and row['area_error'] <= THRESHOLDS['area_error']
+        and row['volume_error'] <= PRINTS[name]['volume_error'])]
     assert missed == []
+
+
+@pytest.mark.parametrize('of', ['', 'height_', 'area_'])
+def test_a_sigma_says_how_far_off_a_number_may_be(of: str, table: list[Row]) -> None:
+    missed = [row for row in table
+              if not (row[f'{of}within_1_sigma'] >= THRESHOLDS['within_1_sigma']
+                      and row[f'{of}within_2_sigma'] >= THRESHOLDS['within_2_sigma'])]
+    assert missed == []
+
+
+def test_no_height_is_told_of_ink_that_light_goes_into() -> None:
+    for row in rows([measure_print((TRANSLUCENT, 0.0, 0))]):
+        assert row['height_fair'] >= THRESHOLDS['height_fair']

@@ -30,7 +30,7 @@ from bpc_perception.core.measurement.samples import Sizes
 from bpc_perception.core.measurement.side_points import SidePoints
 
 BED_SIGMA_M = 5e-6  # of the bed beside a bead, beside the noise of the cloud
-SHAPE_SIGMA = 0.015  # of an area, as a share of it: no bead has quite the shape that is fitted
+SHAPE_SIGMA = 0.025  # of an area, as a share of it: no bead has quite the shape that is fitted
 UNSEEN_SIGMA_M = 5e-5  # of the bed where it is not seen
 BED_STEP = 2  # it is even: not all of its points are needed
 BEND_M, BEND_SIGMA_M = 1e-3, 1.5e-5  # so far from the path a bed lies higher or lower by so much
