@@ -151,3 +151,16 @@ def test_layouts_look_at_topics_that_exist(file: str) -> None:
     known = {*topics.CAMERA, *topics.RESULTS, *topics.VIEWS}
     assert topics.MARKERS in named
     assert named <= known
+
+
+def test_each_layer_has_namespaces_of_its_own() -> None:
+    """Viewers show and hide namespaces."""
+    result = measured()
+    flat = {marker.ns for marker in markers_message(result, 'base').markers}
+    assert not any('layer' in name for name in flat)
+    profile = result.profile
+    assert profile is not None
+    layer = np.arange(len(profile)) * 2 // len(profile)
+    layered = markers_message(replace(result, profile=replace(profile, layer=layer)), 'base')
+    names = {marker.ns for marker in layered.markers}
+    assert {'thickness, layer 0', 'thickness, layer 1'} <= names

@@ -180,3 +180,13 @@ def test_a_wrong_token_is_refused(query: str) -> None:
 def test_who_comes_by_another_address_is_refused(headers: dict[str, str]) -> None:
     assert ask(**headers)[0]['status'] == 403
     assert ask(kind='websocket', **headers) == [{'type': 'websocket.close', 'code': 1008}]
+
+
+def test_a_curve_of_a_layer_ends_with_it_and_has_its_heights() -> None:
+    known = replace(profile(200), height=np.full(200, 5e-4))
+    curve = thinned(known, start=50 * SPACING_M, end=99.5 * SPACING_M)
+    assert len(curve.arc_length) == 50
+    np.testing.assert_array_equal(curve.height, 5e-4)
+    series = options(curve, [], None, (0.01, 0.02), dark=False)['series']
+    (height,) = [each for each in series if each['name'] == 'height']
+    assert height['data'][0][1] == 0.5

@@ -103,3 +103,23 @@ def test_other_files_are_refused(tmp_path, file, text, words):
 def test_a_folder_without_results_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r'expected a folder .*, found no profile\.csv'):
         comparison.load([tmp_path, tmp_path])
+
+
+def test_layers_are_compared_one_beside_the_other(tmp_path):
+    layers = [{'layer': number, 'length_mm': 100.0, 'known': 1.0, 'thickness_mean_mm': 1.3,
+               'height_mean_mm': 0.4, 'area_mean_mm2': 0.34, 'volume_mm3': 34.0 + number,
+               'volume_sigma_mm3': 1.0, 'delivered': 0.95, 'gap_count': 0} for number in (0, 1)]
+    prints = comparison.load([left_behind(tmp_path / 'a', layers=layers),
+                              left_behind(tmp_path / 'b', layers=layers[:1])])
+    rows = comparison.layer_rows(prints)
+    assert [(layer, number) for layer, number, _ in rows] == [(0, 0), (0, 1), (1, 0)]
+    assert rows[2][2] == ['100.0', '100.0', '1.300', '0.400', '0.340', '35.0', '1.0', '95.0', '0']
+    assert 'Layer by layer' in comparison_page.render(prints)
+
+
+def test_without_layers_and_volumes_there_is_no_such_table(tmp_path):
+    flat = [{'layer': 0, 'length_mm': 100.0, 'known': 0.0, 'volume_mm3': None}]
+    prints = comparison.load([left_behind(tmp_path / 'a', layers=flat),
+                              left_behind(tmp_path / 'b')])
+    assert comparison.layer_rows(prints) == []
+    assert 'Layer by layer' not in comparison_page.render(prints)

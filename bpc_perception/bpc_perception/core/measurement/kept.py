@@ -56,6 +56,16 @@ class Kept:
             index[better], new.of(np.flatnonzero(better))))
 
 
+    def where_unseen(self, samples: Samples) -> Samples:
+        """Return the samples of a capture (N,), and what was known before where it sees nothing.
+
+        Something stands in front, or the camera looks elsewhere: the ink is still there.
+        """
+        hidden = np.isin(samples.status, (Status.NO_DATA, Status.OCCLUDED))
+        index = np.flatnonzero(hidden & answered(self.samples))
+        return samples.with_part(index, self.samples.of(index))
+
+
 def answered(samples: Samples) -> Flags:
     """Return of which samples (N,) it is known how wide the ink is, or that there is none."""
     return np.isin(samples.status, (Status.MEASURED, Status.GAP))

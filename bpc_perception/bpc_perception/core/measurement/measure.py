@@ -98,6 +98,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         samples = measure_layers(view, path, places, bed, config, memory)
     else:
         samples = measure_one_layer(view, path, places, bed, config, memory, ground)
+        if memory.kept is not None:
+            samples = memory.kept.at(path).where_unseen(samples)
         memory.kept = Kept.of(path, samples)
     return profile_of(samples, places, view, path, config.method, started)
 

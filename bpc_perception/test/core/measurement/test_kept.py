@@ -55,3 +55,15 @@ def test_ink_above_covers_what_is_near_below() -> None:
     shown = with_covered(samples([Status.MEASURED, Status.LOW_CONFIDENCE], [0.1, np.nan]),
                          np.array((True, True)))
     np.testing.assert_array_equal(shown.status, [Status.MEASURED, Status.OCCLUDED])
+
+
+def test_what_is_hidden_now_is_known_from_before() -> None:
+    kept = Kept.of(PATH, samples([Status.MEASURED, Status.GAP, Status.MEASURED, Status.NO_DATA,
+                                  Status.MEASURED, Status.JUNCTION], [0.1] * COUNT))
+    now = samples([Status.OCCLUDED, Status.NO_DATA, Status.LOW_CONFIDENCE, Status.OCCLUDED,
+                   Status.MEASURED, Status.NO_DATA], [0.2] * COUNT)
+    shown = kept.where_unseen(now)
+    np.testing.assert_array_equal(shown.status, [
+        Status.MEASURED, Status.GAP, Status.LOW_CONFIDENCE, Status.OCCLUDED, Status.MEASURED,
+        Status.NO_DATA])
+    np.testing.assert_array_equal(shown.sigma, [0.1, 0.1, 0.2, 0.2, 0.2, 0.2])

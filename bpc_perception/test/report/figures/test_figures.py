@@ -132,3 +132,25 @@ def test_histogram_counts_measured_samples(result):
     assert [shape.name for shape in figure.layout.shapes] == [
         'first quartile 2.000 mm', 'median 2.000 mm', 'third quartile 2.000 mm',
         'target 2.078 mm']
+
+
+def test_what_is_drawn_says_of_which_layer_it_is(result):
+    """So that the page can show one of them; travel goes with the layer before."""
+    layer = np.repeat((0, 1), 10)
+    layer[9] = -1
+    layered = replace(result.profile, layer=layer)
+    figure = image_figure(replace(result, profile=layered))
+    traces = [trace for trace in figure.data if trace.meta]
+    assert {trace.meta['layer'] for trace in traces} == {0, 1}
+    names = [trace.name for trace in traces if trace.showlegend]
+    assert len(names) == len(set(names)) == len({trace.name for trace in traces})
+    ribbons = [trace for trace in map_figure(layered, None).data if trace.name == 'measured']
+    assert [trace.meta['layer'] for trace in ribbons] == [0, 1]
+
+
+def test_height_is_a_second_curve_where_it_is_known(result):
+    assert 'height' not in {trace.name for trace in thickness_figure(result, None, 0.0).data}
+    height = np.full(len(result.profile), 0.6 * MM)
+    known = replace(result.profile, height=height, height_sigma=height / 60)
+    drawn = trace(thickness_figure(replace(result, profile=known), None, 0.0), 'height')
+    np.testing.assert_allclose(drawn.y, 0.6, rtol=1e-6)
