@@ -52,7 +52,8 @@ def thinned(profile: ThicknessProfile, start: float = 0.0, most: int = MOST_POIN
         most: number of points, 3 or more.
         end: arc length [m].
     """
-    first, behind = np.searchsorted(profile.arc_length, (start, end)).tolist()
+    first = int(np.searchsorted(profile.arc_length, start))
+    behind = int(np.searchsorted(profile.arc_length, end, side='right'))
     arc_length, sigma, height = (values[first:behind] for values in (
         profile.arc_length, profile.sigma, profile.height))
     thickness = np.where(profile.status[first:behind] == Status.MEASURED,

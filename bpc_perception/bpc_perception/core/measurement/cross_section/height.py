@@ -75,7 +75,8 @@ class Shapes:
     def sigma_of(self, of_level: Array, of_rise: Array) -> Array:
         """Return the 1-sigma uncertainty (N,) of sums of level and rise [m]."""
         part = np.stack((of_level, of_rise), axis=1)
-        return np.sqrt(np.einsum('ni,nij,nj->n', part, self.covariance, part))
+        variance = np.einsum('ni,nij,nj->n', part, self.covariance, part)
+        return np.sqrt(np.maximum(variance, 0.0))
 
 
 def shape(u: Array, roundness: Array) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Flags, Index
 
 LEAST_POINTS = 12
+LEAST_INDEPENDENT = 1e-10  # that can be solved; less is rounding
 UNKNOWN_M = 1.0  # 1-sigma of what nothing is known of beforehand
 
 
@@ -60,6 +61,11 @@ def pooled_fit(basis: tuple[Array, ...], height: Array, fitted: Flags,
         with np.errstate(divide='ignore'):
             normal[:, i, i] += (noise / np.asarray(sigma)) ** 2
     enough &= np.isfinite(normal).all(axis=(1, 2))
+    # Hadamard's inequality: 1 if the functions are independent there, 0 if they are the same.
+    largest = np.diagonal(normal[enough], axis1=1, axis2=2).prod(axis=1)
+    with np.errstate(invalid='ignore', divide='ignore'):
+        independent = np.linalg.det(normal[enough]) / largest
+    enough[enough] = independent > LEAST_INDEPENDENT
     values, covariance = np.full(right.shape, np.nan), np.full(normal.shape, np.nan)
     inverse = np.linalg.inv(normal[enough])
     values[enough] = np.einsum('nij,nj->ni', inverse, right[enough])
