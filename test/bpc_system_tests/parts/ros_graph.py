@@ -18,12 +18,12 @@ from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import free_domain, Graph
 from bpc_system_tests.parts.command_line import PATIENCE_S
 
-SHORTEST_START_DELAY_S = 6.0
+SHORTEST_START_DELAY_S = 10.0
 
 
 def start_delay(took: float) -> float:
     """Return how far ahead to set the start of a print [s], if nodes took so long to start."""
-    return max(SHORTEST_START_DELAY_S, 2 * took)
+    return max(SHORTEST_START_DELAY_S, 3 * took)
 
 
 @contextmanager
