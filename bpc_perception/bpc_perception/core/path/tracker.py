@@ -63,7 +63,8 @@ class PrintTracker:
         if self._newest is not None:
             last_ns, last = self._newest
             if stamp_ns <= last_ns:
-                self._lost_way |= contradicts(self._poses, stamp_ns, tip)
+                # Of one stamp the first counts: others publish zeros for joints they do not know.
+                self._lost_way |= stamp_ns < last_ns and contradicts(self._poses, stamp_ns, tip)
                 return False
             reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER_M
             if math.dist(tip, last) > reach:

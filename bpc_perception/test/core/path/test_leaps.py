@@ -102,6 +102,16 @@ def test_a_clock_that_is_set_back_a_little_is_known_by_its_late_poses(speed: flo
     assert tracker.leaps == 1
 
 
+def test_of_two_poses_of_one_stamp_the_first_counts() -> None:
+    """As of a publisher beside the robot that sends zeros for joints which it does not know."""
+    tracker = PrintTracker(PathConfig())
+    for number, time in enumerate(np.arange(0, 4, PERIOD_S)):
+        tracker.add_pose(at_ns(time), np.array((SPEED * time, 0.0, 0.0)))
+        if number % 2:
+            assert not tracker.add_pose(at_ns(time), np.array((0.4, 0.3, 0.0)))
+    assert tracker.leaps == 0
+
+
 def test_poses_that_come_in_another_order_are_late_and_no_more() -> None:
     tracker, rng = PrintTracker(PathConfig()), np.random.default_rng(0)
     times = np.arange(0, 4, PERIOD_S)
