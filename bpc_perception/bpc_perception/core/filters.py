@@ -81,18 +81,28 @@ def windows_around(piece: Index, reach: int) -> tuple[Index, Index]:
     return np.maximum(row - reach, first), np.minimum(row + reach + 1, end)
 
 
+def window_sums(values: Array, window: tuple[Index, Index]) -> Array:
+    """Return the sums (N, K) of values (N, K) from the first row of each window to its end."""
+    total = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
+    return np.asarray(total[window[1]] - total[window[0]])
+
+
+def places_of(known: Array, asked: Array) -> Index:
+    """Return at which place of increasing numbers (K,) each of others (N,) is; -1 = nowhere."""
+    if not len(known):
+        return np.full(len(asked), -1)
+    place = np.minimum(np.searchsorted(known, asked), len(known) - 1)
+    return np.where(known[place] == asked, place, -1)
+
+
 def running_mean(values: Array, window: int, piece: Index) -> Array:
     """Return the mean of the known values (N, K) over ``window`` neighbours.
 
     Neighbours are of the same piece (N,). NaN where none of them is known.
     """
-    low, high = windows_around(piece, window // 2)
-    known = np.isfinite(values)
-    total, count = (np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(kind, axis=0)))
-                    for kind in (np.where(known, values, 0.0), known))
-    among = count[high] - count[low]
-    return np.divide(total[high] - total[low], among, out=np.full(values.shape, np.nan),
-                     where=among > 0)
+    around, known = windows_around(piece, window // 2), np.isfinite(values)
+    total, among = (window_sums(kind, around) for kind in (np.where(known, values, 0.0), known))
+    return np.divide(total, among, out=np.full(values.shape, np.nan), where=among > 0)
 
 
 def last_true(flags: Flags) -> Index:

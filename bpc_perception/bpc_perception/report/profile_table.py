@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.units import MM_PER_M, NS_PER_S
 
@@ -32,16 +32,21 @@ def profile_csv(profile: ThicknessProfile) -> str:
         [str(int(on)) if known else '' for on, known in zip(
             profile.extruding.tolist(), profile.extruder_known.tolist(), strict=True)],
         [str(number) for number in profile.stroke.tolist()],
-        ['' if number < 0 else str(number) for number in profile.layer.tolist()],
+        _numbers(profile.layer),
         *(_cells(values * MM_PER_M) for values in (profile.height, profile.height_sigma)),
         *(_cells(values * MM_PER_M**2) for values in (profile.area, profile.area_sigma)),
-        ['' if number < 0 else str(number) for number in profile.seen_in.tolist()])
+        _numbers(profile.seen_in))
     rows = (COLUMNS, *zip(*columns, strict=True))
     return ''.join(','.join(row) + '\n' for row in rows)
 
 
 def _cells(values: Array) -> list[str]:
     return ['' if math.isnan(value) else repr(value) for value in values.tolist()]
+
+
+def _numbers(values: Index) -> list[str]:
+    """Return numbers (N,) in words; -1 = none."""
+    return ['' if value < 0 else str(value) for value in values.tolist()]
 
 
 def _seconds(stamp_ns: int) -> str:

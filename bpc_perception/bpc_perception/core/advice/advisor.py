@@ -209,8 +209,9 @@ class Advisor:
             return None
         observations = current.observations = current.observations or Observations(path)
         observations.take(path, profile)
-        current.areas = current.areas or Observations(path, by_area=True)
-        current.areas.take(path, profile)
+        if config.by_volume and (current.areas is not None or (profile.area > 0).any()):
+            current.areas = current.areas or Observations(path, by_area=True)
+            current.areas.take(path, profile)
         laid = observations.laid
         laying = np.flatnonzero(laid.laying)
         if len(laying) == 0:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags
+from bpc_perception.core.filters import places_of
 from bpc_perception.core.profile import Status, ThicknessProfile
 
 NARROWER = 0.9  # share of the width that was measured before
@@ -41,10 +42,9 @@ class Contradictions:
     def _narrower(self, profile: ThicknessProfile, measured: Flags) -> Flags:
         """Return which samples (N,) were wider before, and remember what they are now."""
         before = np.full(len(profile), np.nan)
-        place = np.searchsorted(self._time, profile.time)
-        known = np.flatnonzero(place < len(self._time))
-        same = known[self._time[place[known]] == profile.time[known]]
-        before[same] = self._width[place[same]]
+        place = places_of(self._time, profile.time)
+        known = place >= 0
+        before[known] = self._width[place[known]]
         width = np.where(measured, profile.thickness, np.nan)
         self._time, self._width = profile.time, np.fmax(before, width)
         return np.asarray(width < NARROWER * before)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.filters import places_of
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status
@@ -35,11 +36,9 @@ class Kept:
 
     def at(self, path: DepositionPath) -> Kept:
         """Return what is kept for the points of a path; nothing, of points that are new."""
-        found = np.minimum(np.searchsorted(self.time, path.time), max(len(self.time) - 1, 0))
-        same = np.zeros(len(path), bool)
-        if len(self.time) and self.print_id == path.print_id:
-            same = self.time[found] == path.time
-        index = np.flatnonzero(same)
+        known = self.time if self.print_id == path.print_id else self.time[:0]
+        found = places_of(known, path.time)
+        index = np.flatnonzero(found >= 0)
         samples = unseen(len(path)).with_part(index, self.samples.of(found[index]))
         looks = np.zeros(len(path), np.intp)
         looks[index] = self.looks[found[index]]
@@ -54,7 +53,6 @@ class Kept:
         looks[index] += answered(new)
         return replace(self, looks=looks, samples=self.samples.with_part(
             index[better], new.of(np.flatnonzero(better))))
-
 
     def where_unseen(self, samples: Samples) -> Samples:
         """Return the samples of a capture (N,), and what was known before where it sees nothing.

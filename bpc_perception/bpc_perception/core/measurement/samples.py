@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array, Index
-from bpc_perception.core.measurement.side_points import interpolated, nearest, SidePoints
+from bpc_perception.core.measurement.side_points import (
+    Columns,
+    interpolated,
+    nearest,
+    replaced,
+    SidePoints,
+)
 from bpc_perception.core.profile import Status, StatusArray
 
 
 @dataclass(frozen=True)
-class Sizes:
+class Sizes(Columns):
     """How much ink lies at each of N path points; NaN = not known.
 
     Attributes:
@@ -30,14 +34,6 @@ class Sizes:
     height_sigma: Array
     area: Array
     area_sigma: Array
-
-    def arrays(self) -> list[Array]:
-        """Return all arrays, in the order of the attributes."""
-        return [getattr(self, field.name) for field in fields(self)]
-
-    def at(self, place: Array) -> Sizes:
-        """Return the sizes at places (K,), which are fractions of an index."""
-        return Sizes(*(interpolated(values, place) for values in self.arrays()))
 
     @classmethod
     def unknown(cls, count: int) -> Sizes:
@@ -65,10 +61,8 @@ class Samples:
 
     def of(self, index: Index) -> Samples:
         """Return the samples of an index (K,)."""
-        return Samples(SidePoints(*(values[index] for values in self.sides.arrays())),
-                       self.status[index], self.sigma[index],
-                       Sizes(*(values[index] for values in self.sizes.arrays())),
-                       self.seen_in[index])
+        return Samples(self.sides.of(index), self.status[index], self.sigma[index],
+                       self.sizes.of(index), self.seen_in[index])
 
     def at(self, place: Array) -> Samples:
         """Return the samples at places (K,), which are fractions of an index."""
@@ -78,20 +72,11 @@ class Samples:
 
     def with_part(self, index: Index, part: Samples) -> Samples:
         """Return these samples with those of an index (K,) replaced by a part (K,)."""
-        sides, sizes = (
-            [_replaced(old, index, new) for old, new in zip(
-                values.arrays(), others.arrays(), strict=True)]
-            for values, others in ((self.sides, part.sides), (self.sizes, part.sizes)))
-        return Samples(SidePoints(*sides), _replaced(self.status, index, part.status),
-                       _replaced(self.sigma, index, part.sigma), Sizes(*sizes),
-                       _replaced(self.seen_in, index, part.seen_in))
-
-
-def _replaced(values: NDArray[Any], index: Index, part: NDArray[Any]) -> NDArray[Any]:
-    """Return values (N, ...) with those of an index (K,) replaced by a part (K, ...)."""
-    changed = values.copy()
-    changed[index] = part
-    return changed
+        return Samples(self.sides.with_part(index, part.sides),
+                       replaced(self.status, index, part.status),
+                       replaced(self.sigma, index, part.sigma),
+                       self.sizes.with_part(index, part.sizes),
+                       replaced(self.seen_in, index, part.seen_in))
 
 
 def unseen(count: int) -> Samples:

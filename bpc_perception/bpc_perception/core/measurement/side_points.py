@@ -1,16 +1,42 @@
-"""The side points of a path, as either method finds them."""
+"""The side points of a path, as either method finds them, and how columns of it are handled."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array, Index
 
+Own = TypeVar('Own', bound='Columns')
+
 
 @dataclass(frozen=True)
-class SidePoints:
+class Columns:
+    """Arrays with one entry a path point each, as the fields of a subclass."""
+
+    def arrays(self) -> list[Array]:
+        """Return all arrays, in the order of the attributes."""
+        return [getattr(self, field.name) for field in fields(self)]
+
+    def of(self: Own, index: Index) -> Own:
+        """Return the entries of an index (K,)."""
+        return type(self)(*(values[index] for values in self.arrays()))
+
+    def at(self: Own, place: Array) -> Own:
+        """Return the entries at places (K,), which are fractions of an index."""
+        return type(self)(*(interpolated(values, place) for values in self.arrays()))
+
+    def with_part(self: Own, index: Index, part: Own) -> Own:
+        """Return these entries with those of an index (K,) replaced by a part (K,)."""
+        return type(self)(*(replaced(old, index, new) for old, new in zip(
+            self.arrays(), part.arrays(), strict=True)))
+
+
+@dataclass(frozen=True)
+class SidePoints(Columns):
     """For each of N path points the nearest edge of the ink on either side; NaN = none.
 
     Attributes:
@@ -24,13 +50,12 @@ class SidePoints:
     left_distance: Array
     right_distance: Array
 
-    def arrays(self) -> list[Array]:
-        """Return all arrays, in the order of the attributes."""
-        return [getattr(self, field.name) for field in fields(self)]
 
-    def at(self, place: Array) -> SidePoints:
-        """Return the side points at places (K,), which are fractions of an index."""
-        return SidePoints(*(interpolated(values, place) for values in self.arrays()))
+def replaced(values: NDArray[Any], index: Index, part: NDArray[Any]) -> NDArray[Any]:
+    """Return values (N, ...) with those of an index (K,) replaced by a part (K, ...)."""
+    changed = values.copy()
+    changed[index] = part
+    return changed
 
 
 def interpolated(values: Array, place: Array) -> Array:

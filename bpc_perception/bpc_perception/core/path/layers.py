@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Index
+from bpc_perception.core.filters import places_of
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.tangents import typical_spacing
@@ -95,12 +96,10 @@ class LayerFinder:
 
     def _known(self, time: Array) -> Index:
         """Return which known point each time (K,) is of; -1 = none."""
-        found = np.full(len(time), -1)
-        if len(self._time):
-            place = np.minimum(np.searchsorted(self._time, time), len(self._time) - 1)
-            same = self._time[place] == time
-            found[same] = self._order[place[same]]
-        return found
+        place = places_of(self._time, time)
+        found = place >= 0
+        place[found] = self._order[place[found]]
+        return place
 
     def _remember(self, time: Array, number: Index) -> None:
         """Remember the times (K,) of new points by their numbers (K,)."""

@@ -19,9 +19,9 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.filters import masked_median, running_median, windows_around
 from bpc_perception.core.measurement.cross_section.pooled_fit import (
+    fit_without_outliers,
     pooled_fit,
     PooledFit,
-    spread_of,
     UNKNOWN_M,
 )
 
@@ -30,7 +30,6 @@ POOLED_M, SHAPED_M, DEEP_M = 7e-4, 5e-3, 2e-2
 FITTED = 0.85  # of half a width; farther out points are rare, and mixed with what lies beside
 CENTRAL = 0.3
 ROUNDS = 3
-OUTLIER_SIGMAS = 3.0
 WILD_M = 2e-3  # from what is usual along the path: no point of the bead
 # Neighbours in a cloud err alike, and a bead is not quite of this shape: sigmas are so much larger
 # than those of points by themselves. Found with simulated beads, of 0.6 to 2.5 mm.
@@ -102,13 +101,10 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
     fitted = (np.abs(u) <= FITTED) & (np.abs(height - usual[:, None]) < WILD_M)
     basis = (np.ones_like(u), 1 - u**2, u**2 * (1 - u**2))
     bend_sigma = ROUNDNESS_SIGMA * np.abs(usual)
-    noise = WILD_M * np.sqrt(repeated)
-    for _ in range(ROUNDS):
-        free = pooled_fit(basis, height, fitted, wide, noise, (UNKNOWN_M, UNKNOWN_M, bend_sigma))
-        residual = free.residual(basis, height)
-        spread = spread_of(residual, fitted)
-        noise = spread * np.sqrt(repeated)
-        fitted &= np.abs(residual) <= OUTLIER_SIGMAS * spread
+    found = fit_without_outliers(
+        basis, height, fitted, wide, WILD_M * float(np.sqrt(repeated)),
+        (UNKNOWN_M, UNKNOWN_M, bend_sigma), repeated, ROUNDS)
+    free, fitted, noise = found.fit, found.fitted, found.noise
     # No ink is more pointed than a parabola: fitted by one, its feet would lie too high.
     parabola = pooled_fit(basis[:2], height, fitted, wide, noise, (UNKNOWN_M, UNKNOWN_M))
     along = 2 * round(DEEP_M / spacing) + 1, piece

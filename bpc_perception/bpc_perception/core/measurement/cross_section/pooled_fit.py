@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.filters import window_sums
 
 LEAST_POINTS = 12
+OUTLIER_SIGMAS = 3.0
 LEAST_INDEPENDENT = 1e-10  # that can be solved; less is rounding
 UNKNOWN_M = 1.0  # 1-sigma of what nothing is known of beforehand
 
@@ -32,6 +34,32 @@ class PooledFit:
             basis, self.values.T, strict=True)))
 
 
+@dataclass(frozen=True)
+class RobustFit:
+    """A fit, which points (N, M) are no outliers, and the 1-sigma noise of a point [m]."""
+
+    fit: PooledFit
+    fitted: Flags
+    noise: float
+
+
+def fit_without_outliers(basis: tuple[Array, ...], height: Array, fitted: Flags,
+                         window: tuple[Index, Index], noise: float,
+                         sigmas: tuple[Array | float, ...], repeated: float,
+                         rounds: int) -> RobustFit:
+    """Fit as ``pooled_fit``, and again without the points that lie far off.
+
+    ``noise`` is that of the first round, ``repeated`` how often each point is among those given.
+    """
+    for _ in range(rounds):
+        fit = pooled_fit(basis, height, fitted, window, noise, sigmas)
+        residual = fit.residual(basis, height)
+        spread = spread_of(residual, fitted)
+        noise = spread * float(np.sqrt(repeated))
+        fitted = fitted & (np.abs(residual) <= OUTLIER_SIGMAS * spread)
+    return RobustFit(fit, fitted, noise)
+
+
 def pooled_fit(basis: tuple[Array, ...], height: Array, fitted: Flags,
                 window: tuple[Index, Index], noise: float,
                 sigmas: tuple[Array | float, ...]) -> PooledFit:
@@ -50,7 +78,7 @@ def pooled_fit(basis: tuple[Array, ...], height: Array, fitted: Flags,
     count = len(parts)
     products = [np.einsum('nm,nm->n', parts[i], other) for i in range(count)
                 for other in (*parts[i:], high)]
-    sums = iter(_windowed(np.stack((*products, fitted.sum(axis=1)), axis=1), window).T)
+    sums = iter(window_sums(np.stack((*products, fitted.sum(axis=1)), axis=1), window).T)
     normal, right = np.empty((len(height), count, count)), np.empty((len(height), count))
     for i in range(count):
         for j in range(i, count):
@@ -71,9 +99,3 @@ def pooled_fit(basis: tuple[Array, ...], height: Array, fitted: Flags,
     values[enough] = np.einsum('nij,nj->ni', inverse, right[enough])
     covariance[enough] = inverse * noise**2
     return PooledFit(values, covariance)
-
-
-def _windowed(values: Array, window: tuple[Index, Index]) -> Array:
-    """Return the sums (N, K) of values (N, K) over windows."""
-    total = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
-    return np.asarray(total[window[1]] - total[window[0]])

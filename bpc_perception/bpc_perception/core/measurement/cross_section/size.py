@@ -11,15 +11,13 @@ from bpc_perception.core.filters import thinned, windows_around
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.height import (
     fit_shapes,
-    OUTLIER_SIGMAS,
     shape,
     SHAPED_M,
     Shapes,
     WILD_M,
 )
 from bpc_perception.core.measurement.cross_section.pooled_fit import (
-    pooled_fit,
-    spread_of,
+    fit_without_outliers,
     UNKNOWN_M,
 )
 from bpc_perception.core.measurement.cross_section.sections.sections import (
@@ -32,6 +30,7 @@ from bpc_perception.core.measurement.side_points import SidePoints
 BED_SIGMA_M = 5e-6  # of the bed beside a bead, beside the noise of the cloud
 SHAPE_SIGMA = 0.025  # of an area, as a share of it: no bead has quite the shape that is fitted
 UNSEEN_SIGMA_M = 5e-5  # of the bed where it is not seen
+BED_ROUNDS = 2
 BED_STEP = 2  # it is even: not all of its points are needed
 BEND_M, BEND_SIGMA_M = 1e-3, 1.5e-5  # so far from the path a bed lies higher or lower by so much
 # Across a bead, from edge to edge: places, and their weights in a sum over the section.
@@ -49,7 +48,7 @@ def sizes_on_bed(sections: Sections, sides: SidePoints, width_sigma: Array, bed:
         bed: plane of the bed.
     """
     rows = a_pixel_apart(sections)
-    some = SidePoints(*(values[rows] for values in sides.arrays()))
+    some = sides.of(rows)
     cross = crosswise(sections, bed.normal, rows)
     level, level_sigma = bed_level(cross, sections.beside[rows][:, ::cross.step])
     shapes = shapes_between(cross, some, level_sigma, level)
@@ -115,14 +114,9 @@ def bed_level(cross: Crosswise, beside: Flags) -> tuple[Array, Array]:
     fitted = beside[:, ::BED_STEP] & (np.abs(height) < WILD_M)
     basis = (np.ones_like(x), x, x**2)
     window = windows_around(cross.piece, round(SHAPED_M / cross.spacing))
-    noise = WILD_M
-    for _ in range(2):
-        found = pooled_fit(basis, height, fitted, window, noise,
-                           (UNKNOWN_M, UNKNOWN_M, BEND_SIGMA_M))
-        residual = found.residual(basis, height)
-        spread = spread_of(residual, fitted)
-        noise = spread * np.sqrt(cross.repeated)
-        fitted &= np.abs(residual) <= OUTLIER_SIGMAS * spread
+    found = fit_without_outliers(basis, height, fitted, window, WILD_M,
+                                 (UNKNOWN_M, UNKNOWN_M, BEND_SIGMA_M), cross.repeated,
+                                 BED_ROUNDS).fit
     level, sigma = found.values[:, 0], np.sqrt(found.covariance[:, 0, 0])
     known = sigma < UNSEEN_SIGMA_M
     return np.where(known, level, 0.0), np.where(known, np.hypot(sigma, BED_SIGMA_M),

@@ -12,7 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
-from bpc_perception.core.filters import last_true, masked_median, windows_around
+from bpc_perception.core.filters import (
+    last_true,
+    masked_median,
+    window_sums,
+    windows_around,
+)
 from bpc_perception.core.measurement.cross_section.sections.sections import (
     SAMPLE_STEP_PX,
     Sections,
@@ -123,15 +128,10 @@ def _sums(place: Array, height: Floats, fitted: Flags,
     h = np.where(fitted, height, 0.0)
     powers = [fitted.astype(float), x, x**2]
     powers += [x * powers[2], powers[2]**2]
-    moments = _pooled(np.stack([power.sum(axis=1) for power in powers], axis=1), window)
-    right = _pooled(np.stack([(h * power).sum(axis=1) for power in powers[:3]], axis=1), window)
+    moments = window_sums(np.stack([power.sum(axis=1) for power in powers], axis=1), window)
+    right = window_sums(np.stack([(h * power).sum(axis=1) for power in powers[:3]], axis=1),
+                        window)
     return moments[:, np.add.outer(np.arange(3), np.arange(3))], right
-
-
-def _pooled(values: Array, window: tuple[Index, Index]) -> Array:
-    """Return the sums (N, K) of values (N, K) over windows."""
-    total = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
-    return np.asarray(total[window[1]] - total[window[0]])
 
 
 def _solved(normal: Array, right: Array) -> Array:
