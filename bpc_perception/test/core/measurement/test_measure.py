@@ -283,6 +283,18 @@ def test_a_few_pixels_of_bed_between_strands_are_enough(between: float,
     assert abs(np.nanmean(error)) < 0.3 * PIXEL
 
 
+@pytest.mark.parametrize('between_rows', [0.0, 0.25, 0.5])
+@pytest.mark.parametrize('width', [4.5, 5.0, 5.5, 6.0])
+def test_a_bead_a_few_pixels_wide_that_keeps_to_their_rows(width: float,
+                                                           between_rows: float) -> None:
+    """All along, both edges lie at one place between two rows: no mean cancels what that does."""
+    rows = np.array((MIDDLE + between_rows,))
+    profile = measure(capture_of(strands(rows, width), LATER), to_and_fro(rows), DOWN,
+                      ThicknessConfig())
+    assert (profile.status == Status.MEASURED).mean() > 0.95
+    assert abs(np.nanmean(profile.thickness) - width * PIXEL) < 0.1 * PIXEL
+
+
 @pytest.mark.parametrize('ink', [INK, (250, 250, 250)], ids=['dark', 'bright'])
 def test_between_strands_of_another_print_there_is_no_gap(ink: tuple[int, int, int]) -> None:
     """Their ink is where bed is to be expected, and a strand between them is no bed."""

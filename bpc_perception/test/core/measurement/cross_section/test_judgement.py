@@ -47,7 +47,8 @@ def flat_sections(foot: Array, along: Array | None = None) -> Sections:
     return Sections(
         piece=one_piece(len(foot)),
         along=np.arange(len(foot)) * SPACING if along is None else along, foot=foot,
-        lateral=np.tile((0.0, 1.0, 0.0), (len(foot), 1)), lean=np.zeros(len(foot)), offset=OFFSET,
+        lateral=np.tile((0.0, 1.0, 0.0), (len(foot), 1)), lean=np.zeros(len(foot)),
+        in_row=np.zeros(len(foot)), offset=OFFSET,
         pixel=PIXEL, spacing=SPACING, inside=np.ones(shape, bool), hidden=np.zeros(shape, bool),
         depth=np.ones(len(foot), bool), raised=np.zeros(len(foot), bool),
         beside=np.zeros(shape, bool), clearance=np.zeros((2, len(foot))),

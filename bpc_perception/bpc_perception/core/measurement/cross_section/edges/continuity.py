@@ -68,8 +68,9 @@ def follow_along_path(sections: Sections, noise: Array, share: Floats, near: Loc
     flaw = flaws(chosen.distance, tolerance, sections.spacing, sections.piece)
     distance, sigma = (np.where(flaw, np.nan, values)
                        for values in (chosen.distance, chosen.sigma))
-    shift = steepest_shift(share, distance / step, noise, steady_window(sections.spacing),
-                           sections.spacing / sections.pixel, sections.piece)
+    shift = steepest_shift(share, distance / step, noise, sections.in_row,
+                           steady_window(sections.spacing), sections.spacing / sections.pixel,
+                           sections.piece)
     distance = distance + shift * step
     sigma = np.hypot(sigma, np.nan_to_num(SHIFT_DOUBT * shift * step))
     passes = smoothing_passes(distance, sections.spacing)

@@ -22,6 +22,9 @@ REACH = 6  # from the edge outward and inward
 FLANK = np.arange(-1, 3)  # around the steepest place; farther in is the bead's ridge
 INWARD = 4.0  # from the edge to where it is seen how the ink's level changes
 NARROW_HALF, WIDE_HALF = 5.5, 10.0  # half the width of a bead whose ridge is at its rim, and not
+# Three slopes alone hardly tell place from variance. Straight lines between pixels move the place
+# by a fifth of a pixel, where a stretch does not pass all places between two rows of pixels.
+TRUST_IN_ROW = 0.2
 LEAST_SLOPE = 0.02  # of the greatest; less is noise
 BLUR_VARIANCE = (0.5, 30.0)  # from pixels alone to a lens out of focus [samples^2]
 OBLIQUE_GAIN = 1.25  # the variance differs by so much along a path seen from aside
@@ -32,8 +35,8 @@ PLACES_ASKED = 8  # in a stretch of path
 USUAL_SHIFT = 0.2  # larger ones have to be better founded
 
 
-def steepest_shift(share: Floats, edge: Array, noise: Array, rows: int, spacing: float,
-                   piece: Index) -> Array:
+def steepest_shift(share: Floats, edge: Array, noise: Array, in_row: Array, rows: int,
+                   spacing: float, piece: Index) -> Array:
     """Return how far outward of edges (N,) the share of ink is steepest (N,) [samples].
 
     A stretch of path is taken together, since a slope is read less surely than a level.
@@ -42,6 +45,7 @@ def steepest_shift(share: Floats, edge: Array, noise: Array, rows: int, spacing:
         share: (N, K) samples outward from N path points, 1 = ink, 0 = bed, NaN = not seen.
         edge: (N,) where it falls to half [samples]; NaN = none.
         noise: (N,) 1-sigma of a share.
+        in_row: (N,) how well the path keeps to its place between rows of pixels, see Sections.
         rows: length of a stretch [path points].
         spacing: of path points [pixels].
         piece: (N,) number of the piece of path; a stretch lies within one.
@@ -61,7 +65,7 @@ def steepest_shift(share: Floats, edge: Array, noise: Array, rows: int, spacing:
     pooled, greatest, peak = pooled[known], greatest[known], peak[known]
     flank = fall[known][np.arange(len(peak))[:, None], peak[:, None] + FLANK] / greatest[:, None]
     top, variance = _gaussian(np.maximum(flank, LEAST_SLOPE),
-                              inner_trust(float(np.nanmedian(edge))))
+                              inner_trust(float(np.nanmedian(edge)), in_row[::step][known]))
     place = peak + 2 + top
     shift = place - REACH - _bend(pooled, place, greatest, variance)
     # By so much noise moves the top of a parabola through neighbouring slopes.
@@ -73,12 +77,18 @@ def steepest_shift(share: Floats, edge: Array, noise: Array, rows: int, spacing:
     return result[np.minimum(near, len(result) - 1)]
 
 
-def inner_trust(edge: float) -> float:
-    """Return the weight of the slope inward of the steepest one, for an edge so far out [samples].
+def inner_trust(edge: float, in_row: Array) -> Array:
+    """Return the weight (N,) of the slope inward of the steepest one.
 
-    In a narrow bead that slope shows the ridge as well.
+    In a narrow bead that slope shows the ridge as well. Where the path keeps to a row of pixels
+    (N,) it is needed all the same.
+
+    Args:
+        edge: how far out the edges are [samples].
+        in_row: (N,) see Sections.
     """
-    return float(np.clip((edge - NARROW_HALF) / (WIDE_HALF - NARROW_HALF), 0, 1))
+    wide = np.clip((edge - NARROW_HALF) / (WIDE_HALF - NARROW_HALF), 0, 1)
+    return np.maximum(wide, TRUST_IN_ROW * in_row)
 
 
 def _pooled(share: Floats, edge: Array, rows: int, piece: Index) -> Array:
@@ -123,7 +133,7 @@ def _bend(pooled: Array, place: Array, greatest: Array, variance: Array) -> Arra
     return np.clip(gained / INWARD * variance / height, -MOST_BEND, MOST_BEND)
 
 
-def _gaussian(values: Array, inner: float) -> tuple[Array, Array]:
+def _gaussian(values: Array, inner: Array) -> tuple[Array, Array]:
     """Return places and variances (N,) of Gaussians through values (N, len(FLANK)) > 0.
 
     They are parabolas through the logarithms, weighted by the squares of the values (Guo, IEEE
@@ -131,11 +141,11 @@ def _gaussian(values: Array, inner: float) -> tuple[Array, Array]:
 
     Args:
         values: (N, len(FLANK)) at ``FLANK``.
-        inner: weight of what lies inward, see ``inner_trust``.
+        inner: (N,) weight of what lies inward, see ``inner_trust``.
     """
     powers = FLANK[:, None].astype(float) ** np.arange(3)
     weight, level = values**2, np.log(values)
-    weight[:, FLANK < 0] *= inner
+    weight[:, FLANK < 0] *= inner[:, None]
     moments = np.einsum('nk,ki,kj->nij', weight, powers, powers)
     square = np.linalg.solve(moments, np.einsum('nk,ki->ni', weight * level, powers)[..., None])
     with np.errstate(divide='ignore'):

@@ -9,7 +9,7 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.filters import masked_median, running_median
+from bpc_perception.core.filters import masked_median, running_mean, running_median
 from bpc_perception.core.geometry import Plane, unit_vectors
 from bpc_perception.core.measurement.cross_section.sections.lines import (
     colours_at,
@@ -82,6 +82,7 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
     return Sections(
         piece=piece, along=track.along[index], foot=lines.foot, lateral=lines.lateral,
         lean=ridge_lean(view, lines, height, tangent, bed.normal, pixel, spacing, piece),
+        in_row=kept_in_row(uv[:, :, len(offset) // 2], spacing, piece),
         offset=offset, pixel=pixel, spacing=spacing,
         inside=view.capture.camera.contains(np.moveaxis(uv, 0, -1)),
         hidden=hidden_samples(height > config.obstacle_height, config.obstacle_margin, pixel,
@@ -120,6 +121,17 @@ def ridge_lean(view: View, lines: Lines, height: Floats, tangent: Array, normal:
     to_camera = view.viewpoint - lines.foot
     lean = -ridge * np.einsum('nk,nk->n', to_camera, tangent) / (to_camera @ normal)
     return np.where(np.isfinite(lean), lean, 0.0)
+
+
+def kept_in_row(uv: Floats, spacing: float, piece: Index) -> Array:
+    """Return how well (N,) pixels (2, N) keep to their place between rows, or columns, of pixels.
+
+    It is the squared length of the mean of what turns once from row to row; see Sections.
+    """
+    turn = 2 * np.pi * uv.T.astype(np.float64)
+    mean = running_mean(np.concatenate((np.cos(turn), np.sin(turn)), axis=1),
+                        steady_window(spacing), piece)
+    return np.asarray((mean[:, :2]**2 + mean[:, 2:]**2).max(axis=1))
 
 
 def raised_middle(height: Floats, offset: Array, pixel: float, beside: Flags) -> Flags:

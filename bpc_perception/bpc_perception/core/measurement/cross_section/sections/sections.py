@@ -10,8 +10,8 @@ from bpc_perception.core.measurement.scale import steady_window
 
 SAMPLE_STEP_PX = 0.5  # between samples of a section
 # The fields with one entry a section, along their first axis.
-PER_SECTION = ('piece', 'along', 'foot', 'lateral', 'lean', 'inside', 'hidden', 'depth', 'raised',
-               'beside', 'foreign', 'colour', 'height', 'place')
+PER_SECTION = ('piece', 'along', 'foot', 'lateral', 'lean', 'in_row', 'inside', 'hidden', 'depth',
+               'raised', 'beside', 'foreign', 'colour', 'height', 'place')
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,8 @@ class Sections:
         lateral: (N, 3) unit vectors along the surface to the left.
         lean: (N,) how far a bead's ridge seems to be shifted along the path, seen from where
             the camera stands, positive forward [m]; 0 where its height is not known.
+        in_row: (N,) how well the path keeps to its place between two rows, or columns, of pixels:
+            1 = all along the steady length, 0 = it passes all places alike.
         offset: (M,) distances from the path, positive to the left [m].
         pixel: length of a pixel's side on the surface [m].
         spacing: between path points [m].
@@ -45,6 +47,7 @@ class Sections:
     foot: Array
     lateral: Array
     lean: Array
+    in_row: Array
     offset: Array
     pixel: float
     spacing: float

@@ -13,6 +13,7 @@ from bpc_perception.core.measurement.cross_section.edges.rim import steepest_shi
 Array = NDArray[np.float64]
 ROWS = 40
 PIECE = one_piece(ROWS)
+ANYWHERE = np.zeros(ROWS)  # the path passes all places between two rows of pixels alike
 SIGMA = 1.6  # of the blur [samples]
 OUTSIDE = 30.0  # so far out the profile is known [samples]
 
@@ -45,7 +46,7 @@ def error(edge: float, inside: Array, level: float, sigma: float = SIGMA) -> flo
     phase = np.linspace(-0.5, 0.5, ROWS)
     share = bead(edge, inside, phase, sigma)
     start = crossing(share, level)
-    shift = steepest_shift(share, start, np.full(ROWS, 0.01), ROWS, 1.0, PIECE)
+    shift = steepest_shift(share, start, np.full(ROWS, 0.01), ANYWHERE, ROWS, 1.0, PIECE)
     # Started from a crossing, each row knows its own place.
     return float(np.mean(start + phase + shift - edge))
 
@@ -83,7 +84,8 @@ def test_where_a_reflection_takes_the_rim_there_is_no_edge() -> None:
     phase = np.linspace(-0.5, 0.5, ROWS)
     share = bead(16.0, inside, phase)
     start = np.full(ROWS, 13.0) - phase  # half-way between ink and bed, in the reflection
-    assert np.isnan(steepest_shift(share, start, np.full(ROWS, 0.01), ROWS, 1.0, PIECE)).all()
+    shift = steepest_shift(share, start, np.full(ROWS, 0.01), ANYWHERE, ROWS, 1.0, PIECE)
+    assert np.isnan(shift).all()
 
 
 def test_what_is_not_seen_has_no_steepest_place() -> None:
@@ -91,16 +93,16 @@ def test_what_is_not_seen_has_no_steepest_place() -> None:
     hidden = share.copy()
     hidden[:, 10] = np.nan
     noise = np.full(ROWS, 0.01)
-    assert np.isnan(steepest_shift(hidden, np.full(ROWS, 10.0), noise, ROWS, 1.0, PIECE)).all()
-    assert np.isnan(steepest_shift(share, np.full(ROWS, np.nan), noise, ROWS, 1.0, PIECE)).all()
-    nothing = steepest_shift(np.zeros_like(share), np.full(ROWS, 10.0), noise, ROWS, 1.0, PIECE)
-    assert np.isnan(nothing).all()
+    nowhere, anywhere = np.full(ROWS, np.nan), np.full(ROWS, 10.0)
+    for seen, start in ((hidden, anywhere), (share, nowhere), (np.zeros_like(share), anywhere)):
+        assert np.isnan(
+            steepest_shift(seen, start, noise, ANYWHERE, ROWS, 1.0, PIECE)).all()
 
 
 def test_in_noise_the_half_level_counts_for_more() -> None:
     share = bead(12.0, np.ones(20), np.zeros(ROWS))
     start = np.full(ROWS, 11.5)
-    quiet, noisy = (steepest_shift(share, start, np.full(ROWS, noise), ROWS, 0.1, PIECE)
+    quiet, noisy = (steepest_shift(share, start, np.full(ROWS, noise), ANYWHERE, ROWS, 0.1, PIECE)
                     for noise in (0.01, 2.0))
     np.testing.assert_allclose(quiet, 0.5, atol=0.06)
     assert (np.abs(noisy) < 0.25).all()

@@ -33,6 +33,7 @@ def sections_of(height: Array) -> Sections:
         piece=one_piece(len(height)), along=np.arange(len(height)) * SPACING,
         foot=np.column_stack((np.arange(len(height)) * SPACING, np.zeros((len(height), 2)))),
         lateral=np.tile((0.0, 1.0, 0.0), (len(height), 1)), lean=np.zeros(len(height)),
+        in_row=np.zeros(len(height)),
         offset=OFFSET, pixel=PIXEL, spacing=SPACING, inside=~no, hidden=no,
         depth=np.ones(len(height), bool), raised=np.ones(len(height), bool), beside=no,
         clearance=np.zeros((2, len(height))), foreign=no,
