@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array, Floats, Index
+from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.measurement.view import View
 
@@ -64,7 +64,18 @@ def colours_at(image: NDArray[np.uint8], uv: Floats) -> Floats:
 
 def points_at(cloud: Floats, uv: Floats) -> Floats:
     """Return points (N, M, 3) of a cloud (H, W, 3) at the nearest pixels (2, N, M); NaN = none."""
-    return _remap(cloud, uv, cv2.INTER_NEAREST, cv2.BORDER_CONSTANT)
+    if cloud.flags.c_contiguous:
+        return _remap(cloud, uv, cv2.INTER_NEAREST, cv2.BORDER_CONSTANT)
+    # Of a view into a message, with more than a point in each step, OpenCV would copy everything.
+    nearest = np.rint(uv)
+    inside: Flags = (nearest[0] >= 0) & (nearest[0] < cloud.shape[1]) & (
+        nearest[1] >= 0) & (nearest[1] < cloud.shape[0])
+    column, row = np.where(inside, nearest, 0).astype(np.intp)
+    points = cloud if cloud.strides[2] == cloud.itemsize else np.ascontiguousarray(cloud)
+    whole = points.view(np.dtype((np.void, 3 * cloud.itemsize)))[..., 0]  # each point as one item
+    result: Floats = whole[row, column].view(cloud.dtype).reshape(*inside.shape, 3)
+    result[~inside] = np.nan
+    return result
 
 
 def heights(view: View, points: Floats, lines: Lines, normal: Array) -> Floats:
