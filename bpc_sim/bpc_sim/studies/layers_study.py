@@ -15,6 +15,7 @@ from bpc_perception.core.measurement.cross_section.incremental import PrintMemor
 from bpc_perception.core.measurement.measure import measure
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_sim.ink.bead_sizes import sizes_above
+from bpc_sim.ink.deposit import Deposit
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.recorded_path import recorded_path
 from bpc_sim.printer.scenarios import SCENARIOS
@@ -138,9 +139,21 @@ def compare_volumes(job: PrintJob, profile: ThicknessProfile) -> list[Array]:
                 _, area = sizes_above(ink[number], ink[:number], s)
                 measured = amount_of(profile, profile.stroke == stroke)
                 volumes.append((measured.volume, measured.volume_sigma,
-                                float(area.mean()) * (stop - start)))
+                                float(area.mean()) * length_of(job, ink[number], s)))
         found.append(np.array(volumes).T)
     return found
+
+
+def length_of(job: PrintJob, bead: Deposit, s: Array) -> float:
+    """Return how long the ink is whose N equal parts have their middles at arc lengths s (N,) [m].
+
+    Around a cylinder, ink is the longer, the higher it lies. It counts where its weight is, at
+    two fifths of the height of a parabola.
+    """
+    middle = job.surface.points(bead.curve.points(s), bead.base(s) + 0.4 * (
+        bead.height_ratio * bead.width(s)))
+    between = float(np.linalg.norm(np.diff(middle, axis=0), axis=1).sum())
+    return between * len(s) / (len(s) - 1)
 
 
 def true_arc(job: PrintJob, profile: ThicknessProfile) -> Array:

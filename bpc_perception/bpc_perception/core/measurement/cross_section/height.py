@@ -3,8 +3,9 @@
 Between the edges that the picture shows, u = -1 .. 1, a bead is h = d + s (1 - u^2)(1 + r u^2)
 above the feet of its section. r = 0 is a parabola, which describes a laid bead as well as an arc
 or a cosine [Suryakumar et al. 2011; Xiong et al. 2013, of welded beads]; r near 1 is a flat one
-with round edges. The shape r is that of a centimetre of path. Rise s and level d are fitted to the
-cloud of a millimetre: the cloud is noisier than a bead is uneven. So missing flanks are bridged.
+with round edges. The shape r is that of a centimetre of path, and about that of all other beads.
+Rise s and level d are fitted to the cloud of a millimetre: the cloud is noisier than a bead is
+uneven. So missing flanks are bridged.
 
 A cloud that lies below the surface of the ink, as it does where light goes into it, meets the feet
 before the edges: d is below 0. Then nothing is told.
@@ -35,6 +36,7 @@ WILD_M = 2e-3  # from what is usual along the path: no point of the bead
 # than those of points by themselves. Found with simulated beads, of 0.6 to 2.5 mm.
 SIGMA_GAIN = 1.35
 ROUNDNESS_SIGMA, LEAST_ROUND, MOST_ROUND = 0.3, -0.4, 1.5  # of r, as it is among beads
+ROUNDNESS_VARIES = 0.1  # from bead to bead of one ink and layer
 RISE_SIGMA = 0.08  # by which a bead is higher than around it, as a share of its height
 # So far below its feet comes the cloud of ink that light goes into; of a flat bead that is less
 # surely known.
@@ -110,10 +112,7 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
     along = 2 * round(DEEP_M / spacing) + 1, piece
     deep = (_below_feet(parabola, foot_sigma, TOO_DEEP_M, *along)
             | _below_feet(free, foot_sigma, FLAT_TOO_DEEP_M, *along))
-    level, rise, bend = pooled_fit(basis, height, fitted, wide, noise,
-                                    (foot_sigma, UNKNOWN_M, bend_sigma)).values.T
-    with np.errstate(invalid='ignore', divide='ignore'):
-        roundness = np.clip(bend / rise, LEAST_ROUND, MOST_ROUND)
+    level, rise, roundness = _fit_alike(u, height, fitted, wide, noise, usual, foot_sigma)
     profile = shape(u, roundness[:, None])
     known = fitted & np.isfinite(roundness)[:, None]
     # A bead hangs now lower, now higher, but is about as high as before and behind.
@@ -126,6 +125,44 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
     return Shapes(level, rise, roundness,
                   np.where(good[:, None, None], SIGMA_GAIN**2 * here.covariance, np.nan),
                   deep)
+
+
+def _fit_alike(u: Array, height: Array, fitted: Flags, window: tuple[Index, Index],
+               noise: float, usual: Array, foot_sigma: Array) -> Array:
+    """Return level, rise and roundness (3, N) of beads that are about as round as the others.
+
+    Beads of one ink and nozzle are alike, and a single one tells its roundness badly: where a
+    strand hangs, so do its feet.
+    """
+    basis = np.ones_like(u), 1 - u**2, u**2 * (1 - u**2)
+    bend_sigma = ROUNDNESS_SIGMA * np.abs(usual)
+    alone = pooled_fit(basis, height, fitted, window, noise,
+                       (foot_sigma, UNKNOWN_M, bend_sigma))
+    alike = _roundness_of_all(alone, bend_sigma, window)
+    basis = basis[0], shape(u, np.full(1, alike)), basis[2]
+    level, rise, bend = pooled_fit(
+        basis, height, fitted, window, noise,
+        (foot_sigma, UNKNOWN_M, ROUNDNESS_VARIES * np.abs(usual))).values.T
+    with np.errstate(invalid='ignore', divide='ignore'):
+        roundness = np.clip(alike + bend / rise, LEAST_ROUND, MOST_ROUND)
+    return np.stack((level, rise, roundness))
+
+
+def _roundness_of_all(fit: PooledFit, sigma: Array, window: tuple[Index, Index]) -> float:
+    """Return the mean roundness of beads, weighed by what each tells of it.
+
+    Args:
+        fit: level, rise and bend of N beads, fitted over windows.
+        sigma: (N,) how far from 0 each bend may be, as was known beforehand [m].
+        window: first row of each, and that behind its last.
+    """
+    rise, bend, variance = fit.values[:, 1], fit.values[:, 2], fit.covariance[:, 2, 2]
+    share = rise / (window[1] - window[0])  # each point is in as many windows
+    with np.errstate(invalid='ignore', divide='ignore'):
+        told = share * bend / variance
+        weight = share * rise * np.maximum(1 / variance - 1 / sigma**2, 0)
+        known = np.isfinite(told + weight) & (rise > 0)
+    return float(told[known].sum() / (weight[known].sum() + 1 / ROUNDNESS_SIGMA**2))
 
 
 def _below_feet(fit: PooledFit, foot_sigma: Array, least: float, window: int,

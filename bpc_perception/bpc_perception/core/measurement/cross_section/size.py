@@ -52,8 +52,8 @@ def sizes_on_bed(sections: Sections, sides: SidePoints, width_sigma: Array, bed:
     cross = crosswise(sections, bed.normal, rows)
     level, level_sigma = bed_level(cross, sections.beside[rows][:, ::cross.step])
     shapes = shapes_between(cross, some, level_sigma, level)
-    found = sizes(shapes, some, width_sigma[rows], np.zeros((len(rows), len(U))),
-                  np.zeros(len(rows)))
+    found = sizes(shapes, some, width_sigma[rows], np.zeros((len(rows), len(U))), level_sigma,
+                  may_hang=False)
     return found.at(np.interp(np.arange(len(width_sigma)), rows, np.arange(len(rows))))
 
 
@@ -143,10 +143,11 @@ def shapes_between(cross: Crosswise, sides: SidePoints, foot_sigma: Array,
 
 
 def sizes(shapes: Shapes, sides: SidePoints, width_sigma: Array, before: Array,
-          before_sigma: Array) -> Sizes:
+          before_sigma: Array, may_hang: bool = True) -> Sizes:
     """Return the sizes of N beads.
 
-    Ink that hangs over a pore counts from its own feet on: below them there is none.
+    Ink that hangs over a pore counts from its own feet on: below them there is none. On a bed,
+    where none hangs, feet that seem to be higher are noise.
 
     Args:
         shapes: the sections of the beads.
@@ -155,11 +156,12 @@ def sizes(shapes: Shapes, sides: SidePoints, width_sigma: Array, before: Array,
         before: (N, K) height of the surface before above the feet of the sections, at ``U`` [m];
             -inf = far below.
         before_sigma: (N,) its 1-sigma uncertainty [m].
+        may_hang: whether they may lie above the surface before.
     """
     half = (sides.left_distance + sides.right_distance) / 2
     after, level = shapes.at(U), shapes.level[:, None]
-    supported = before > level
-    floor = np.maximum(before, level)
+    supported = (before > level) | (not may_hang)
+    floor = np.maximum(before, level) if may_hang else before
     above = after - floor
     inked = (above > 0) * WEIGHT
     area = half * (above * inked).sum(axis=1)

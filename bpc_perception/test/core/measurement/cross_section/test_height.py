@@ -76,6 +76,25 @@ def test_where_the_foot_is_hardly_known_the_flanks_tell_it() -> None:
     assert np.abs(crest - RISE - 0.1 * MM).mean() < 0.015 * MM
 
 
+def test_beads_that_hang_tell_their_shape_together() -> None:
+    """One alone does not: how flat it is and how far it hangs look alike."""
+    count, strands = COUNT, 8
+    section, hangs = 0.4 * MM * shape(U, np.array(0.4)), 0.1 * MM
+
+    def error(numbers: range) -> float:
+        noise = [np.random.default_rng(number).normal(0, NOISE, (count, len(U)))
+                 for number in numbers]
+        height = np.concatenate(noise) + np.where(np.abs(U) < 1, section - hangs, -1 * MM)
+        found = fit_shapes(np.tile(U, (len(height), 1)), height,
+                           np.repeat(np.arange(len(numbers)), count), SPACING,
+                           np.full(len(height), 0.2 * MM))
+        return float(np.sqrt(np.mean((found.roundness[:count] - 0.4)**2)))
+
+    alone = np.mean([error(range(number, number + 1)) for number in range(strands)])
+    together = error(range(strands))
+    assert together < 0.5 * alone
+
+
 def test_nothing_is_told_without_points() -> None:
     height = np.full((COUNT, len(U)), np.nan)
     height[:50] = cloud(shape(U, np.array(0.0)))[:50]

@@ -19,11 +19,12 @@ FLAT = np.zeros((1, len(U)))
 
 
 def sized(before: Array, level: float = 0.0, roundness: float = 0.0,
-          before_sigma: float = 0.0) -> Sizes:
+          before_sigma: float = 0.0, may_hang: bool = True) -> Sizes:
     """A bead, of which level and rise are known to 0.01 mm each."""
     shapes = Shapes(np.array((level,)), np.array((RISE,)), np.array((roundness,)),
                     np.eye(2)[None] * (0.01 * MM)**2, np.array((False,)))
-    return sizes(shapes, SIDES, np.array((0.02 * MM,)), before, np.array((before_sigma,)))
+    return sizes(shapes, SIDES, np.array((0.02 * MM,)), before, np.array((before_sigma,)),
+                 may_hang)
 
 
 def test_a_parabola_on_the_bed_holds_two_thirds_of_its_box() -> None:
@@ -51,6 +52,14 @@ def test_what_lay_there_before_is_no_ink_of_the_bead() -> None:
     outside = RISE * ((1 - border) - (1 - border**3) / 3)
     assert found.area[0] == pytest.approx(WIDTH * (inside + outside), rel=5e-3)
     assert found.height_sigma[0] == pytest.approx(np.hypot(np.sqrt(2) * 0.01, 0.03) * MM)
+
+
+def test_on_a_bed_feet_that_seem_to_be_higher_are_noise() -> None:
+    """Cut off where they seem to be, half of the noise of the feet would always count as less."""
+    higher, lower = (sized(FLAT, level, may_hang=False) for level in (0.02 * MM, -0.02 * MM))
+    assert (higher.height[0] + lower.height[0]) / 2 == pytest.approx(RISE)
+    assert higher.area[0] == pytest.approx(WIDTH * (2 / 3 * RISE + 0.02 * MM))
+    assert sized(FLAT, 0.02 * MM).height[0] == pytest.approx(RISE)
 
 
 def test_a_strand_that_hangs_counts_from_its_own_foot() -> None:
