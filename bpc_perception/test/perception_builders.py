@@ -16,6 +16,7 @@ from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.config import PathConfig
 from bpc_perception.core.extruder.sample import ExtruderSample
 from bpc_perception.core.geometry import transform
+from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 from bpc_perception.core.path.assembler import PathAssembler
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.growing_path import GrowingPath
@@ -133,6 +134,28 @@ def on_one_layer(count: int) -> dict[str, NDArray[Any]]:
 def one_piece(count: int) -> Index:
     """The numbers of the pieces of a path that is unbroken."""
     return np.zeros(count, np.intp)
+
+
+def sections_of(height: Array, offset: Array, pixel: float, spacing: float) -> Sections:
+    """Sections along +y, seen from straight above, of a surface.
+
+    Args:
+        height: (N, M) of it at each sample [m].
+        offset: (M,) of the samples [m].
+        pixel: length of a pixel's side [m].
+        spacing: between sections [m].
+    """
+    count, no = len(height), np.zeros(height.shape, bool)
+    along = np.arange(count) * spacing
+    return Sections(
+        piece=one_piece(count), along=along,
+        foot=np.column_stack((along, np.zeros((count, 2)))),
+        lateral=np.tile((0.0, 1.0, 0.0), (count, 1)), lean=np.zeros(count),
+        in_row=np.zeros(count), offset=offset, pixel=pixel, spacing=spacing, inside=~no,
+        hidden=no, depth=np.ones(count, bool), raised=np.ones(count, bool), beside=no,
+        clearance=np.zeros((2, count)), foreign=no,
+        colour=np.zeros((*height.shape, 3), np.float32), height=height.astype(np.float32),
+        place=np.tile(offset, (count, 1)).astype(np.float32))
 
 
 def along_x(times: Array, speed: float = SPEED) -> Array:

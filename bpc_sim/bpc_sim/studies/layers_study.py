@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -81,20 +82,35 @@ def tasks(seeds: int) -> list[tuple[str, float, int]]:
 
 def measure_print(task: tuple[str, float, int]) -> MeasuredLayers:
     """Print, measure each capture, and compare what is known at the end."""
-    name, tilt, seed = task
+    job = print_job(*task)
+    profile = measure_job(job)
+    return MeasuredLayers(task[0], compare_layers(job, profile), compare_sizes(job, profile),
+                          compare_volumes(job, profile))
+
+
+def print_job(name: str, tilt: float, seed: int) -> PrintJob:
+    """Return a print that a camera sees tilted [degrees]."""
     rng = seeded(f'{name} {tilt:g}', seed)
     deep = name == TRANSLUCENT
-    job = replace(SCENARIOS['stack' if deep else name](SPEED_M_PER_S), seed=seed,
-                  sensor=Sensor(depth_noise=DEPTH_NOISE_M, ink_depth=INK_DEPTH_M * deep),
-                  view=CameraPlacement(CAMERA_M, np.radians(tilt), SIZE_PX).view(rng))
+    return replace(SCENARIOS['stack' if deep else name](SPEED_M_PER_S), seed=seed,
+                   sensor=Sensor(depth_noise=DEPTH_NOISE_M, ink_depth=INK_DEPTH_M * deep),
+                   view=CameraPlacement(CAMERA_M, np.radians(tilt), SIZE_PX).view(rng))
+
+
+def measure_job(job: PrintJob, missed: int = 0) -> ThicknessProfile:
+    """Return what is known of a print at its end.
+
+    Args:
+        job: the print.
+        missed: of its captures, so many of the first are not measured.
+    """
     path = recorded_path(job, START_NS)
     memory = PrintMemory()
     # A wall grows higher than the nozzle goes over a bed.
     config = ThicknessConfig(maximum_tip_height=0.02)
-    for number, capture in enumerate(captures(job)):
+    for number, capture in enumerate(islice(captures(job), missed, None)):
         profile = measure(capture, path, job.view.T_base_camera, config, number, memory)
-    return MeasuredLayers(name, compare_layers(job, profile), compare_sizes(job, profile),
-                          compare_volumes(job, profile))
+    return profile
 
 
 def captures(job: PrintJob) -> Iterator[Capture]:

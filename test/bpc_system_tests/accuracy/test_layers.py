@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
+from bpc_perception.core.profile import Status
 from bpc_sim.studies import Row
-from bpc_sim.studies.layers_study import measure_print, rows, TRANSLUCENT
+from bpc_sim.studies.layers_study import (
+    compare_layers,
+    measure_job,
+    measure_print,
+    print_job,
+    rows,
+    TRANSLUCENT,
+    true_arc,
+)
 
 THRESHOLDS = yaml.safe_load(
     Path(__file__).with_name('layers_thresholds.yaml').read_text(encoding='utf-8'))
@@ -59,3 +70,33 @@ def test_a_sigma_says_how_far_off_a_number_may_be(of: str, table: list[Row]) -> 
 def test_no_height_is_told_of_ink_that_light_goes_into() -> None:
     for row in rows([measure_print((TRANSLUCENT, 0.0, 0))]):
         assert row['height_fair'] >= THRESHOLDS['height_fair']
+
+
+@pytest.mark.parametrize(('name', 'stroke', 'length'), [
+    ('stack', 5, 6e-3), ('stack', 8, 4e-3), ('wall', 3, 6e-3), ('lattice', 7, 6e-3),
+    ('lattice', 18, 3e-3)])
+def test_a_gap_on_ink_is_one(name: str, stroke: int, length: float) -> None:
+    """Colour does not tell it, nor do widths: below is ink that is as wide, or a pore."""
+    job = print_job(name, 25.0, 0)  # the nozzle, which waits, is not in front of it
+    start, end = job.commanded.runs[stroke - 1]
+    begin = (start + end - length) / 2
+    job = replace(job, faults=np.array(((begin, begin + length),)))
+    profile = measure_job(job)
+    arc, laid = true_arc(job, profile), profile.stroke > 0
+    # The ink ends round.
+    inside = laid & (arc > begin + 1e-3) & (arc < begin + length - 1e-3)
+    outside = laid & ((arc < begin - 1e-3) | (arc > begin + length + 1e-3))
+    assert (profile.status[inside] == Status.GAP).mean() > 0.9
+    assert not (profile.status[inside] == Status.MEASURED).any()
+    assert not (profile.status[outside] == Status.GAP).any()
+    assert (profile.status[outside] == Status.MEASURED).mean() > 0.95
+
+
+def test_after_a_first_layer_that_nobody_saw_those_above_are_measured() -> None:
+    """So it is when a node is started again amid a print."""
+    job = print_job('stack', 25.0, 0)
+    profile = measure_job(job, missed=8)
+    first, _, third = compare_layers(job, profile)
+    assert (first.status == Status.OCCLUDED).all()
+    assert (third.status == Status.MEASURED).mean() > 0.95
+    assert np.nanmean(np.abs(third.thickness - third.true)) < 6e-5

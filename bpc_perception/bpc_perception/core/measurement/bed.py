@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import pixels_around
@@ -14,6 +15,8 @@ TRIALS = 100
 REFITS = 3  # on a curved bed the first may lean to one side
 JURY = 1000  # points of the cloud that choose between the trials
 INLIER_M = 0.002  # a bead's height, and the bend of a slightly curved bed
+# Of the cloud around a path, what is farthest from it is bed; it is even, but for noise.
+BARE_SHARE, BARE_INLIER_M = 0.3, 3e-4
 LEAST_AREA_M2 = 1e-9  # of the parallelogram of three points that span a plane
 SEED = 0
 
@@ -27,14 +30,41 @@ def find_bed(view: View, points: Array) -> Plane:
     Raises ValueError where the camera has too few points around the path.
     """
     cloud = cloud_around(view, points)
-    normal, offset = best_plane(cloud)
+    return refitted(cloud, *best_plane(cloud), INLIER_M, view.viewpoint)
+
+
+def bed_beside(view: View, points: Array, bed: Plane) -> Plane:
+    """Find the plane of the bed where path points (N, 3) are far, in the base frame [m].
+
+    The plane of all that is around the path lies higher where much of it is ink.
+    """
+    cloud = cloud_around(view, points)
+    away, _ = cKDTree(bed.coordinates(points)).query(bed.coordinates(cloud))
+    bare = cloud[away >= np.quantile(away, 1 - BARE_SHARE)]
+    height = bed.height(bare)
+    low = height - np.median(height)
+    return refitted(bare, bed.normal, float(bare[np.argmin(np.abs(low))] @ bed.normal),
+                    BARE_INLIER_M, view.viewpoint)
+
+
+def refitted(cloud: Array, normal: Array, offset: float, inlier: float,
+             viewpoint: Array) -> Plane:
+    """Return the plane through the points of a cloud (K, 3) that lie near to a plane [m].
+
+    Args:
+        cloud: the points.
+        normal: (3,) of the plane to begin with.
+        offset: of this plane, whose points p have p . normal = offset [m].
+        inlier: how near [m].
+        viewpoint: (3,) to which the normal points.
+    """
     for _ in range(REFITS):
-        near = cloud[np.abs(cloud @ normal - offset) < INLIER_M]
+        near = cloud[np.abs(cloud @ normal - offset) < inlier]
         centre = near.mean(axis=0)
         # The direction in which the points spread least.
         normal = np.linalg.eigh((near - centre).T @ (near - centre))[1][:, 0]
         offset = normal @ centre
-    if normal @ (view.viewpoint - centre) < 0:
+    if normal @ (viewpoint - centre) < 0:
         normal = -normal
     return Plane(normal, float(-normal @ centre))
 

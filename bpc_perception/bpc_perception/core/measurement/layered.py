@@ -13,7 +13,10 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.cross_section.method import measure_cross_sections
-from bpc_perception.core.measurement.cross_section.on_ink.below import Below
+from bpc_perception.core.measurement.cross_section.on_ink.first_layer import (
+    first_layer_measured,
+    first_layer_unseen,
+)
 from bpc_perception.core.measurement.cross_section.on_ink.method import measure_on_ink
 from bpc_perception.core.measurement.kept import answered, Kept
 from bpc_perception.core.measurement.samples import Samples, unseen
@@ -56,15 +59,16 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
         memory: of the captures before.
     """
     kept = (memory.kept or NOTHING).at(path)
-    below = ink_below(kept.samples, path, places.layer, bed)
+    shown = np.flatnonzero(places.shown & (places.stroke > 0))
+    track = track_along(path, places.stroke, shown, places.layer)
+    below = (first_layer_measured(kept.samples, path, places.layer, bed)
+             or first_layer_unseen(view, kept.samples, path, places.layer, track, bed, config))
     if below is None:
         return kept.samples
     # Beside ink of a layer above it is not told which edge is whose.
     unsure = 2 * below.width
     away = away_from_above(bed.coordinates(path.points), places.layer, unsure)
     covered = away < below.width
-    shown = np.flatnonzero(places.shown & (places.stroke > 0))
-    track = track_along(path, places.stroke, shown, places.layer)
     contrast = memory.last.results.contrast if memory.last is not None else None
     newest = track.layer == track.layer[-1:].max(initial=0)
     wanted = ~(away[shown] < unsure) & (kept.looks[shown] < np.where(newest, MOST_LOOKS, 1))
@@ -81,24 +85,6 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
         kept = kept.with_better(shown[index[chosen]], found.of(chosen))
     memory.kept = kept
     return with_covered(kept.samples, covered)
-
-
-def ink_below(samples: Samples, path: DepositionPath, layer: Index, bed: Plane) -> Below | None:
-    """Return what the ink on the bed says of that above it; None = it is not known.
-
-    Args:
-        samples: N samples.
-        path: their points.
-        layer: (N,) of each.
-        bed: plane of the bed.
-    """
-    known = np.flatnonzero((layer == 0) & (samples.status == Status.MEASURED))
-    if not len(known):
-        return None
-    sides = samples.of(known).sides
-    feet = (sides.left + sides.right) / 2
-    return Below(clearance=float(np.median((path.points[known] - feet) @ bed.normal)),
-                 width=float(np.median(sides.left_distance + sides.right_distance)))
 
 
 def away_from_above(places: Array, layer: Index, reach: float) -> Array:

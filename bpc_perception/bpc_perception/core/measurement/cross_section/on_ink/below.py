@@ -171,8 +171,16 @@ class LowerInk:
         away, nearest = cKDTree(bed.coordinates(self.foot)).query(bed.coordinates(place))
         u = away / self.half[nearest]
         foot = np.einsum('nki,ni->nk', self.foot[nearest] - sections.foot[:, None], normal)
-        high = foot + self.crest[nearest] * shape(u, roundness[:, None])
+        # Where there is no bead, that below is as round as others.
+        known = np.isfinite(roundness)
+        usual = np.median(roundness[known]) if known.any() else 0.0
+        high = foot + self.crest[nearest] * shape(u, np.where(known, roundness, usual)[:, None])
         return np.where(u < 1, high, -np.inf), self.sigma[nearest[:, MIDDLE]]
+
+
+def unknown_surface(count: int) -> tuple[Array, Array]:
+    """Return what is known where nothing is of the ink below: NaN, as ``LowerInk.surface``."""
+    return np.full((count, len(U)), np.nan), np.full(count, np.nan)
 
 
 def ink_of_layer_below(track: Track, layer: int, bed: Plane, below: Below,

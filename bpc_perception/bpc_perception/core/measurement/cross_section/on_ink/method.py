@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Index
+from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
@@ -26,14 +26,25 @@ from bpc_perception.core.measurement.cross_section.on_ink.below import (
     ink_beneath,
     ink_of_layer_below,
     normals_below,
+    unknown_surface,
 )
 from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
-from bpc_perception.core.measurement.cross_section.on_ink.widths import find_widths, Widths
+from bpc_perception.core.measurement.cross_section.on_ink.gaps import missing_ink
+from bpc_perception.core.measurement.cross_section.on_ink.widths import (
+    find_widths,
+    LEAST_TOP,
+    Widths,
+)
 from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
 from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
-from bpc_perception.core.measurement.cross_section.size import crosswise, shapes_between, sizes
-from bpc_perception.core.measurement.samples import Samples, Sizes
+from bpc_perception.core.measurement.cross_section.size import (
+    crosswise,
+    MIDDLE,
+    shapes_between,
+    sizes,
+)
+from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.profile import Status, StatusArray
@@ -63,21 +74,22 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     picture = read_picture(view, sections, track.extruding[index], bed, config, known)
     beneath = ink_beneath(track, index, bed, below.width)
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
+    beads = fit_beads(sections, middle, width)
     widths = find_widths(sections, apparent_slope(view, sections, bed), beneath,
                          (picture.left, picture.right), cliffs,
-                         config.cross_section.edge_sigma * sections.pixel,
-                         fit_beads(sections, middle, width))
+                         config.cross_section.edge_sigma * sections.pixel, beads)
     sides = points_beside(sections, widths.left, widths.right)
     cross = crosswise(sections, normal, np.arange(len(index)))
     # The flanks tell better than the nozzle how deep a bead sits, or hangs.
     shapes = shapes_between(cross, sides, np.full(len(index), LOOSE_FOOT_SIGMA_M))
     lower = ink_of_layer_below(track, int(track.layer[index[0]]), bed, below, laid)
-    return Samples(
-        sides, judged(sections, picture, widths), widths.sigma,
-        Sizes.unknown(len(index)) if lower is None else sizes(
-            shapes, sides, widths.sigma,
-            *lower.surface(sections, sides, shapes.roundness, normal, bed)),
-        np.full(len(index), view.number))
+    before, before_sigma = (
+        unknown_surface(len(index)) if lower is None
+        else lower.surface(sections, sides, shapes.roundness, normal, bed))
+    found = sizes(shapes, sides, widths.sigma, before, before_sigma)
+    gap = missing_ink(sections, beads, widths.sure, before[:, MIDDLE])
+    return Samples(sides, judged(sections, picture, widths, found.height, gap), widths.sigma,
+                   found, np.full(len(index), view.number))
 
 
 def apparent_slope(view: View, sections: Sections, bed: Plane) -> Array:
@@ -87,10 +99,22 @@ def apparent_slope(view: View, sections: Sections, bed: Plane) -> Array:
     return np.asarray(across / (to_camera @ bed.normal))
 
 
-def judged(sections: Sections, picture: Picture, widths: Widths) -> StatusArray:
-    """Return what is known of each sample, as values of Status (N,)."""
+def judged(sections: Sections, picture: Picture, widths: Widths, height: Array,
+           gap: Flags) -> StatusArray:
+    """Return what is known of each sample, as values of Status (N,).
+
+    Args:
+        sections: N sections.
+        picture: what it says of them.
+        widths: of the beads.
+        height: (N,) of them above what lay there before [m].
+        gap: (N,) whether ink is missing.
+    """
     unseen = np.isin(picture.status, (Status.OCCLUDED, Status.NO_DATA))
     crossing = meets_other_pass(sections, widths.width, np.ones(len(unseen), bool))
-    return np.select([unseen, crossing, widths.sure],
-                     [picture.status, Status.JUNCTION, Status.MEASURED],
+    # Of hardly any height, it is the ink below that is so wide.
+    known = height[np.isfinite(height)]
+    sure = widths.sure & ~(height < LEAST_TOP * (np.median(known) if len(known) else 0.0))
+    return np.select([unseen, crossing, gap, sure],
+                     [picture.status, Status.JUNCTION, Status.GAP, Status.MEASURED],
                      Status.LOW_CONFIDENCE).astype(np.uint8)

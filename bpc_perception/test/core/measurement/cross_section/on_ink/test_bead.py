@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from perception_builders import one_piece
+from perception_builders import sections_of
 import pytest
 
-from bpc_perception.core.arrays import Array
 from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads, rough_beads
 from bpc_perception.core.measurement.cross_section.on_ink.below import Beneath
 from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
@@ -25,29 +24,14 @@ OFFSET = np.arange(-30, 31) * PIXEL / 2
 WIDTH, TOP, LAYER = 2.0 * MM, 0.6 * MM, 0.5 * MM
 
 
-def sections_of(height: Array) -> Sections:
-    """Sections along +y, from straight above, of a surface this high at each sample (N, M) [m]."""
-    shape = height.shape
-    no = np.zeros(shape, bool)
-    return Sections(
-        piece=one_piece(len(height)), along=np.arange(len(height)) * SPACING,
-        foot=np.column_stack((np.arange(len(height)) * SPACING, np.zeros((len(height), 2)))),
-        lateral=np.tile((0.0, 1.0, 0.0), (len(height), 1)), lean=np.zeros(len(height)),
-        in_row=np.zeros(len(height)),
-        offset=OFFSET, pixel=PIXEL, spacing=SPACING, inside=~no, hidden=no,
-        depth=np.ones(len(height), bool), raised=np.ones(len(height), bool), beside=no,
-        clearance=np.zeros((2, len(height))), foreign=no,
-        colour=np.zeros((*shape, 3), np.float32), height=height.astype(np.float32),
-        place=np.tile(OFFSET, (len(height), 1)).astype(np.float32))
-
-
 def bead(width: float = WIDTH, middle: float = 0.0, noise: float = 0.045 * MM,
          missing: float = 0.0) -> Sections:
     """A bead on another one: beyond its rim the surface lies a layer lower."""
     rng = np.random.default_rng(1)
     height = np.tile(TOP * (1 - (2 * (OFFSET - middle) / width)**2), (COUNT, 1))
     height = np.where(height > 0, height, -LAYER) + rng.normal(0, noise, (COUNT, len(OFFSET)))
-    return sections_of(np.where(rng.random(height.shape) < missing, np.nan, height))
+    height[rng.random(height.shape) < missing] = np.nan
+    return sections_of(height, OFFSET, PIXEL, SPACING)
 
 
 @pytest.mark.parametrize('missing', [0.0, 0.3])
