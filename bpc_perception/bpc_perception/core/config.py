@@ -220,7 +220,8 @@ class ThicknessConfig(Config):
     maximum_pose_gap: Annotated[float, Parameter(
         'Camera in hand: poses around a capture may be this far apart', 's', 0.001, 10)] = 0.1
     maximum_tip_height: Annotated[float, Parameter(
-        'Where the nozzle was higher above the bed it laid nothing', 'm', 0.0001, 1)] = 0.005
+        'Where the nozzle was higher above the bed, or above earlier ink, it laid nothing', 'm',
+        0.0001, 1)] = 0.005
     obstacle_height: Annotated[float, Parameter(
         'What stands this far above the bed hides it, as the nozzle does', 'm',
         0.0005, 1)] = 0.0025

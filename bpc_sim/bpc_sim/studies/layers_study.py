@@ -106,8 +106,7 @@ def measure_job(job: PrintJob, missed: int = 0) -> ThicknessProfile:
     """
     path = recorded_path(job, START_NS)
     memory = PrintMemory()
-    # A wall grows higher than the nozzle goes over a bed.
-    config = ThicknessConfig(maximum_tip_height=0.02)
+    config = ThicknessConfig()
     for number, capture in enumerate(islice(captures(job), missed, None)):
         profile = measure(capture, path, job.view.T_base_camera, config, number, memory)
     return profile

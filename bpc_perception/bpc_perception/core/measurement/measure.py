@@ -87,7 +87,7 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     path = path_before(capture, path)
     shown = view.surrounds(path.points, config.cross_section.reach * VIEW_MARGIN)
     bed = bed_around(view, path.points[shown] if shown.any() else path.points)
-    low = on_bed(path.points, bed, config.maximum_tip_height)
+    low = on_bed(path, bed, config.maximum_tip_height)
     stroke = stroke_numbers(path, bed.height(path.points), low)
     path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
     memory = memory or PrintMemory()
@@ -164,11 +164,20 @@ def path_on_bed(path: DepositionPath, low: Flags) -> DepositionPath:
     return path
 
 
-def on_bed(points: Array, bed: Plane, maximum_height: float) -> Flags:
-    """Return which path points (N, 3) the nozzle passed along the bed, no higher than this [m]."""
-    rising = np.abs(tangents(points) @ bed.normal)  # NaN where the path turns back on itself
-    kept: Flags = (bed.height(points) <= maximum_height) & ~(rising >= STEEPEST_RISE)
-    return kept
+def on_bed(path: DepositionPath, bed: Plane, maximum_height: float) -> Flags:
+    """Return which points (N,) of a path the nozzle passed near enough to lay ink.
+
+    That is no higher than this above the bed, or above where ink was laid before [m].
+    """
+    height = bed.height(path.points)
+    rising = np.abs(tangents(path.points) @ bed.normal)  # NaN where the path turns back on itself
+    level = ~(rising >= STEEPEST_RISE)
+    laid = level & path.extruding & path.extruder_known
+    low, lower = height <= maximum_height, np.zeros(len(path), bool)
+    while (low != lower).any():
+        built = np.maximum.accumulate(np.where(laid & low, height, 0.0))
+        low, lower = height <= maximum_height + np.append(0.0, built[:-1]), low
+    return np.asarray(low & level)
 
 
 def measure_strokes(view: View, path: DepositionPath, stroke: Index, shown: Flags, bed: Plane,

@@ -30,8 +30,8 @@ import pytest
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.geometry import transform
-from bpc_perception.core.measurement.measure import measure, MeasurementError
+from bpc_perception.core.geometry import Plane, transform
+from bpc_perception.core.measurement.measure import measure, MeasurementError, on_bed
 from bpc_perception.core.parameter import parameters_of
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
@@ -338,6 +338,33 @@ def test_where_the_nozzle_was_lifted_there_is_no_sample(measured: Measure) -> No
     for values in (profile.thickness, profile.left_points, profile.extruding, profile.status,
                    profile.extruder_known, profile.stroke):
         assert len(values) == len(profile)
+
+
+def layers_of_path(count: int, height: float, known: bool = True) -> DepositionPath:
+    """A stroke to and fro, each time higher by a layer [m], and a purge high above at the end."""
+    there = np.linspace(0.0, 0.03, 31)
+    x = np.concatenate([there if number % 2 == 0 else there[::-1] for number in range(count)])
+    z = np.repeat(1e-3 + height * np.arange(count), len(there))
+    points = np.column_stack((x, np.zeros(len(x)), z))
+    purge = points[-31:] + np.array((0.0, 0.0, 0.05))
+    path = path_through(np.concatenate((points, purge)))
+    return replace(path, extruder_known=np.full(len(path), known))
+
+
+def test_ink_is_laid_on_ink_as_high_as_it_gets() -> None:
+    """A wall of 40 layers: the nozzle is 17 mm above the bed, and never far above ink."""
+    path = layers_of_path(40, 0.4e-3)
+    low = on_bed(path, Plane(np.array((0.0, 0.0, 1.0)), 0.0), 5e-3)
+    # Between two layers the path may rise too steeply to lay anything.
+    assert low[:40 * 31].mean() > 0.9
+    assert not low[40 * 31:].any()
+
+
+def test_who_does_not_know_of_the_extruder_knows_of_no_ink_to_lay_on() -> None:
+    low = on_bed(layers_of_path(40, 0.4e-3, known=False), Plane(np.array((0.0, 0.0, 1.0)), 0.0),
+                 5e-3)
+    assert low[:10 * 31].mean() > 0.9
+    assert not low[11 * 31:].any()
 
 
 def test_only_what_was_laid_before_the_capture_is_measured(measured: Measure) -> None:
