@@ -222,6 +222,8 @@ class ThicknessConfig(Config):
     maximum_tip_height: Annotated[float, Parameter(
         'Where the nozzle was higher above the bed, or above earlier ink, it laid nothing', 'm',
         0.0001, 1)] = 0.005
+    overlay_layer: Annotated[int, Parameter(
+        'Layer that the overlay shows; -1 = the newest', '', -1, 10_000)] = -1
     obstacle_height: Annotated[float, Parameter(
         'What stands this far above the bed hides it, as the nozzle does', 'm',
         0.0005, 1)] = 0.0025

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.arrays import Array, Index
+from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 
 # The palette of Okabe and Ito, which colour-blind people can tell apart, and a grey.
@@ -49,22 +49,6 @@ def as_shown(profile: ThicknessProfile) -> ThicknessProfile:
     """
     travel = (profile.stroke == 0) & (profile.status != Status.OOZE)
     return replace(profile, status=np.where(travel, Status.BARE, profile.status).astype(np.uint8))
-
-
-def layers_of(profile: ThicknessProfile) -> list[tuple[int, NDArray[np.bool_]]]:
-    """Return the layers, and which samples (N,) each has, for what is shown by layer.
-
-    Travel goes with the layer before it.
-    """
-    layer = layer_or_before(profile)
-    return [(number, layer == number) for number in np.unique(layer).tolist()]
-
-
-def layer_or_before(profile: ThicknessProfile) -> Index:
-    """Return the layer of each sample (N,); of travel, that of the stroke before it."""
-    laid = profile.layer >= 0
-    last = np.maximum.accumulate(np.where(laid, np.arange(len(profile)), 0))
-    return np.maximum(profile.layer[last], 0)
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

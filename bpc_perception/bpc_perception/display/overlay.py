@@ -10,6 +10,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.profile import Status
 from bpc_perception.core.result import Result
+from bpc_perception.display.layers import in_layer, NEWEST
 from bpc_perception.display.legend import (
     as_shown,
     LEFT_COLOUR,
@@ -31,8 +32,12 @@ MARGIN_PX, LINE_HEIGHT_PX = 12, 22
 PAPER_RGB = (255, 255, 255)
 
 
-def draw_overlay(result: Result) -> NDArray[np.uint8]:
+def draw_overlay(result: Result, layer: int = NEWEST) -> NDArray[np.uint8]:
     """Draw side points, statuses, words and a scale bar over the image of a measured capture.
+
+    Args:
+        result: of the capture.
+        layer: which is shown.
 
     Returns:
         RGB (H, W, 3), enlarged by a whole number if the image is small.
@@ -46,13 +51,15 @@ def draw_overlay(result: Result) -> NDArray[np.uint8]:
     image = result.capture.image
     scale = max(1, -(-LEAST_WIDTH_PX // image.shape[1]))
     picture = np.ascontiguousarray(np.repeat(np.repeat(image, scale, axis=0), scale, axis=1))
-    draw_samples(picture, result)
+    draw_samples(picture, result, layer)
     _draw_scale_bar(picture, result, scale)
-    summary, shown = profile.summary, as_shown(profile).status
+    summary, shown = profile.summary, as_shown(profile).status[in_layer(profile, layer)]
+    newest = int(profile.layer.max(initial=0))
     lines = [
         (f'capture {profile.capture}: {MM_PER_M * summary.thickness_mean:.3f} mm, '
          f'{summary.coverage:.0%} known', TARGET_COLOUR),
         (advice_in_words(result.advice), TARGET_COLOUR),
+        *([(f'layer {newest if layer == NEWEST else layer}', TARGET_COLOUR)] if newest else []),
         ('left side', LEFT_COLOUR), ('right side', RIGHT_COLOUR),
         *((label(status), STATUS_COLOURS[status]) for status in Status
           if status != Status.MEASURED and (shown == status).any())]
@@ -61,19 +68,20 @@ def draw_overlay(result: Result) -> NDArray[np.uint8]:
     return picture
 
 
-def draw_samples(picture: NDArray[np.uint8], result: Result) -> None:
-    """Draw what came of each sample into a picture of the capture.
+def draw_samples(picture: NDArray[np.uint8], result: Result, layer: int = NEWEST) -> None:
+    """Draw what came of each sample of a layer into a picture of the capture.
 
     Args:
         picture: RGB (H, W, 3), a copy of the capture's image of any size; changed in place.
         result: of a measured capture.
+        layer: which is shown.
     """
     profile = result.profile
     assert profile is not None
-    profile = as_shown(profile)
-    measured = profile.status == Status.MEASURED
+    profile, shown = as_shown(profile), in_layer(profile, layer)
+    measured = shown & (profile.status == Status.MEASURED)
     for status in set(Status) - {Status.MEASURED}:
-        _draw_dots(picture, result, profile.points[profile.status == status],
+        _draw_dots(picture, result, profile.points[shown & (profile.status == status)],
                    STATUS_COLOURS[status])
     _draw_dots(picture, result, profile.left_points[measured], LEFT_COLOUR)
     _draw_dots(picture, result, profile.right_points[measured], RIGHT_COLOUR)

@@ -18,9 +18,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
+from bpc_perception.display.layers import layers_of, NEWEST
 from bpc_perception.display.legend import (
     deviation_colours,
-    layers_of,
     LEFT_COLOUR,
     rgb,
     RIGHT_COLOUR,
@@ -36,9 +36,9 @@ MOST_SAMPLES = 1000  # in markers: each point is an object, which takes time
 DOT_SIZE_M, TEXT_HEIGHT_M = 6e-4, 4e-3
 
 
-def overlay_message(result: Result, _: str) -> Image:
+def overlay_message(result: Result, layer: int = NEWEST) -> Image:
     """Draw the measurement over the camera's image, as rgb8."""
-    picture = draw_overlay(result)
+    picture = draw_overlay(result, layer)
     height, width = picture.shape[:2]
     header = Header(stamp=ns_to_stamp(result.capture.stamp_ns), frame_id=result.capture.frame_id)
     message = Image(header=header, height=height, width=width, encoding='rgb8', step=3 * width)
@@ -46,13 +46,13 @@ def overlay_message(result: Result, _: str) -> Image:
     return message
 
 
-def width_message(result: Result, _: str) -> Float64:
+def width_message(result: Result) -> Float64:
     """Return the thickness over the window of the advice [m]; NaN = not known."""
     assert result.advice is not None
     return Float64(data=float(result.advice.measured_thickness))
 
 
-def deviation_message(result: Result, _: str) -> Float64:
+def deviation_message(result: Result) -> Float64:
     """Return the deviation of that thickness from its target, as a share; NaN = not known."""
     assert result.advice is not None
     target = result.advice.target_thickness

@@ -143,7 +143,7 @@ class ThicknessNode(Node):
             self._told = True
             self._diagnostics.count('profiles')
             try:
-                self._views.publish(result)
+                self._views.publish(result, self._config.value.overlay_layer)
             except MemoryError as error:
                 self._diagnostics.refuse(in_words(error))
             if result.warning:

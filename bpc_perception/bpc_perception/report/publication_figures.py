@@ -6,6 +6,7 @@ The same result gives the same file, byte by byte: no dates, no random names.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from io import BytesIO
 from typing import Any
 
@@ -19,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.advice.targets import WidthTargets
-from bpc_perception.core.arrays import Array
+from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
+from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import (
     as_shown,
     FULL_COLOUR_DEVIATION,
@@ -66,7 +68,8 @@ def draw_figures(result: Result, targets: WidthTargets | None) -> dict[str, byte
     """Draw overlay, thickness, offset, map and histogram of a measured result.
 
     Returns:
-        Files by name, each figure in each of FORMATS.
+        Files by name, each figure in each of FORMATS; of a print in layers, an overlay and a map
+        of each.
     """
     profile = result.profile
     assert profile is not None
@@ -74,11 +77,15 @@ def draw_figures(result: Result, targets: WidthTargets | None) -> dict[str, byte
     image_height_mm = COLUMN_WIDTH_MM * camera.height / camera.width
     # The height [mm], and what draws into the axes.
     figures: dict[str, tuple[float, Callable[[Axes], None]]] = {
-        'overlay': (image_height_mm + LEGEND_HEIGHT_MM, lambda axes: draw_overlay(axes, result)),
         'thickness': (50.0, lambda axes: draw_thickness(axes, profile, targets)),
         'offset': (40.0, lambda axes: draw_offset(axes, profile)),
-        'map': (70.0, lambda axes: draw_map(axes, profile, targets)),
         'histogram': (50.0, lambda axes: draw_histogram(axes, profile, targets))}
+    layers = layers_of(profile)
+    for layer, own in layers:
+        name = f'_layer_{layer}' if len(layers) > 1 else ''
+        figures[f'overlay{name}'] = (image_height_mm + LEGEND_HEIGHT_MM,
+                                     partial(draw_overlay, result=result, own=own))
+        figures[f'map{name}'] = 70.0, partial(draw_map, profile=profile, targets=targets, own=own)
     with rc_context(STYLE):  # type: ignore[arg-type,unused-ignore]
         return {f'{name}.{kind}': data for name, (height_mm, draw) in figures.items()
                 for kind, data in _save(height_mm, draw).items()}
@@ -97,17 +104,17 @@ def _save(height_mm: float, draw: Callable[[Axes], None]) -> dict[str, bytes]:
     return files
 
 
-def draw_overlay(axes: Axes, result: Result) -> None:
-    """Draw the image with side points, stretches without a thickness, and a scale bar."""
+def draw_overlay(axes: Axes, result: Result, own: Flags) -> None:
+    """Draw the image with side points of some samples (N,), their statuses, and a scale bar."""
     profile, camera = result.profile, result.capture.camera
     assert profile is not None
     axes.imshow(result.capture.image)
     profile = as_shown(profile)
     for status in Status:
         if status != Status.MEASURED:
-            _draw_runs(axes, path_pixels(result, profile.points), profile.status == status,
-                       STATUS_COLOURS[status], label(status))
-    measured = profile.status == Status.MEASURED
+            _draw_runs(axes, path_pixels(result, profile.points),
+                       own & (profile.status == status), STATUS_COLOURS[status], label(status))
+    measured = own & (profile.status == Status.MEASURED)
     _draw_runs(axes, path_pixels(result, profile.left_points), measured, LEFT_COLOUR, 'left side')
     _draw_runs(axes, path_pixels(result, profile.right_points), measured, RIGHT_COLOUR,
                'right side')
@@ -186,11 +193,12 @@ def _shade_statuses(axes: Axes, profile: ThicknessProfile) -> None:
                              label=label(status) if index == 0 else None)
 
 
-def draw_map(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None) -> None:
-    """Draw the filament along the z axis of the base frame, coloured by its deviation."""
-    ribbon = _ribbon(profile, targets)
+def draw_map(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None,
+             own: Flags) -> None:
+    """Draw samples (N,) along the z axis of the base frame, coloured by their deviation."""
+    ribbon = _ribbon(profile, targets, own)
     axes.add_collection(ribbon)
-    drawn = on_map(profile)
+    drawn = own & on_map(profile)
     for status in Status:
         if status != Status.MEASURED:
             _draw_runs(axes, profile.points[:, :2] * MM_PER_M,
@@ -207,9 +215,10 @@ def draw_map(axes: Axes, profile: ThicknessProfile, targets: WidthTargets | None
     bar.solids.set(rasterized=False, edgecolor='face')
 
 
-def _ribbon(profile: ThicknessProfile, targets: WidthTargets | None) -> PolyCollection:
-    """Return a polygon from each sample to the next where both are measured."""
-    measured = profile.status == Status.MEASURED
+def _ribbon(profile: ThicknessProfile, targets: WidthTargets | None,
+            own: Flags) -> PolyCollection:
+    """Return a polygon from each sample (N,) chosen to the next where both are measured."""
+    measured = own & (profile.status == Status.MEASURED)
     stroke = profile.stroke
     starts = np.flatnonzero(measured[:-1] & measured[1:] & (stroke[:-1] == stroke[1:]))
     left = profile.left_points[:, :2] * MM_PER_M

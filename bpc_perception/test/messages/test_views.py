@@ -18,6 +18,7 @@ from bpc_perception.core.profile import Status
 from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.session import Session
+from bpc_perception.display.layers import NEWEST
 from bpc_perception.display.legend import (
     deviation_colours,
     LEFT_COLOUR,
@@ -84,6 +85,21 @@ def test_a_gap_is_drawn_along_the_path() -> None:
     assert tuple(picture[row, column]) == rgb(STATUS_COLOURS[Status.GAP])
 
 
+def test_of_a_print_in_layers_one_is_drawn_the_newest_unless_told_otherwise() -> None:
+    result = measured()
+    profile = result.profile
+    assert profile is not None
+    half = len(profile) // 2
+    layered = replace(result, profile=replace(
+        profile, layer=np.where(np.arange(len(profile)) < half, 0, 1)))
+    left = [round((np.interp(place, (0, len(profile) - 1), (40, 120)) + 0.5) * SCALE - 0.5)
+            for place in (half / 2, 1.5 * half)]
+    row = round((49.5 + 0.5) * SCALE - 0.5)
+    drawn = [[tuple(draw_overlay(layered, layer)[row, column]) == rgb(LEFT_COLOUR)
+              for column in left] for layer in (NEWEST, 0, 1)]
+    assert drawn == [[False, True], [True, False], [False, True]]
+
+
 def test_the_scale_bar_is_as_long_as_it_says() -> None:
     picture = draw_overlay(measured())
     bar = (picture[-12] == rgb(TARGET_COLOUR)).all(axis=1)
@@ -97,7 +113,7 @@ def test_nothing_is_drawn_of_what_was_refused() -> None:
 
 def test_overlay_message_is_the_picture() -> None:
     result = measured()
-    message = overlay_message(result, BASE)
+    message = overlay_message(result)
     assert (message.encoding, message.width, message.height) == ('rgb8', 960, 720)
     assert message.header.frame_id == result.capture.frame_id
     assert bytes(message.data) == draw_overlay(result).tobytes()
@@ -138,9 +154,9 @@ def test_where_nothing_is_measured_there_is_no_ribbon() -> None:
 
 def test_scalars_are_those_of_the_advice() -> None:
     result = measured(WIDTH_TRUE / 1.1)
-    assert width_message(result, BASE).data == pytest.approx(WIDTH_TRUE, abs=0.2 * PIXEL)
-    assert deviation_message(result, BASE).data == pytest.approx(0.1, abs=0.02)
-    assert np.isnan(deviation_message(measured(0.0), BASE).data)
+    assert width_message(result).data == pytest.approx(WIDTH_TRUE, abs=0.2 * PIXEL)
+    assert deviation_message(result).data == pytest.approx(0.1, abs=0.02)
+    assert np.isnan(deviation_message(measured(0.0)).data)
 
 
 @pytest.mark.parametrize('file', ['rviz/bpc.rviz', 'foxglove/bpc.json'])

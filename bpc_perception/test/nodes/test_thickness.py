@@ -193,8 +193,9 @@ def test_who_looks_gets_markers_overlay_and_scalars(graph: Any, tmp_path: Path) 
 def test_what_nobody_looks_at_is_not_made(graph: Any, tmp_path: Path,
                                           monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
-    monkeypatch.setattr('bpc_perception.nodes.parts.views.MAKE_MESSAGE', {
-        name: lambda *_, name=name: made.append(name) for name in topics.VIEWS})
+    for name in ('markers', 'overlay', 'width', 'deviation'):
+        monkeypatch.setattr(f'bpc_perception.nodes.parts.views.{name}_message',
+                            lambda *_, name=name: made.append(name))
     bench = thickness_bench(graph, tmp_path)
     bench.send(topics.PATH, BEAD_PATH)
     bench.send_capture(STAMP_NS)

@@ -1,5 +1,6 @@
 """Figures for papers: sizes in millimetres, fonts embedded, the same file each time."""
 
+from dataclasses import replace
 import re
 
 import numpy as np
@@ -66,6 +67,19 @@ def test_colours_are_those_of_the_legend(files):
 
 def test_the_same_result_gives_the_same_files(result, files):
     assert publication_figures.draw_figures(result, WidthTargets.constant(2 * MM)) == files
+
+
+def test_a_print_in_layers_has_overlay_and_map_of_each(result):
+    layered = replace(result, profile=replace(
+        result.profile, layer=np.repeat((0, 1), 5), stroke=np.repeat((1, 2), 5)))
+    files = publication_figures.draw_figures(layered, None)
+    assert {name.partition('.')[0] for name in files} == {
+        'thickness', 'offset', 'histogram', 'overlay_layer_0', 'overlay_layer_1', 'map_layer_0',
+        'map_layer_1'}
+    # The gap is in the first layer.
+    gap = b'#d55e00'
+    assert gap in files['overlay_layer_0.svg'].lower()
+    assert gap not in files['overlay_layer_1.svg'].lower()
 
 
 def test_nothing_measured_can_be_drawn():

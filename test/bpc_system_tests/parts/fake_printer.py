@@ -63,7 +63,7 @@ class FakePrinter:
         self._advice.publish(advice_to_message(replace(
             result.advice, stamp_ns=now_ns, valid_until_ns=now_ns + ADVICE_LIFETIME_NS)))
         if self.overlays.get_subscription_count():
-            self.overlays.publish(overlay_message(result, BASE))
+            self.overlays.publish(overlay_message(result))
 
     def say(self, name: str, level: bytes = DiagnosticStatus.OK, words: str = 'ok') -> None:
         """Publish a status on /diagnostics in the name of a node."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
 
 from bpc_perception.core.result import Result
+from bpc_perception.display.layers import NEWEST
 from bpc_perception.messages import topics
 from bpc_perception.messages.views import (
     deviation_message,
@@ -15,10 +17,6 @@ from bpc_perception.messages.views import (
     overlay_message,
     width_message,
 )
-
-MAKE_MESSAGE: dict[str, Any] = {
-    topics.MARKERS: markers_message, topics.OVERLAY: overlay_message,
-    topics.WIDTH: width_message, topics.DEVIATION: deviation_message}
 
 
 class Views:
@@ -30,11 +28,21 @@ class Views:
         self._publishers = {name: node.create_publisher(kind, name, topics.VIEW_QOS)
                             for name, kind in topics.VIEWS.items()}
 
-    def publish(self, result: Result) -> None:
-        """Publish those views of a measured result that have subscribers."""
+    def publish(self, result: Result, layer: int = NEWEST) -> None:
+        """Publish those views of a measured result that have subscribers.
+
+        Args:
+            result: the result.
+            layer: which layer the overlay shows.
+        """
+        make: dict[str, Callable[[], Any]] = {
+            topics.MARKERS: lambda: markers_message(result, self._frame_id),
+            topics.OVERLAY: lambda: overlay_message(result, layer),
+            topics.WIDTH: lambda: width_message(result),
+            topics.DEVIATION: lambda: deviation_message(result)}
         for name, publisher in self._publishers.items():
             if publisher.get_subscription_count():
-                publisher.publish(MAKE_MESSAGE[name](result, self._frame_id))
+                publisher.publish(make[name]())
                 self._shown.add(name)
 
     def clear(self) -> None:

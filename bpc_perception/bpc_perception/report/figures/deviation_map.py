@@ -11,9 +11,9 @@ import plotly.graph_objects as go
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import (
     FULL_COLOUR_DEVIATION,
-    layers_of,
     ON_TARGET_COLOUR,
     STATUS_COLOURS,
     TOO_THICK_COLOUR,

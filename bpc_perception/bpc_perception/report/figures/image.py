@@ -12,9 +12,9 @@ import plotly.graph_objects as go
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
+from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import (
     as_shown,
-    layers_of,
     LEFT_COLOUR,
     RIGHT_COLOUR,
     STATUS_COLOURS,

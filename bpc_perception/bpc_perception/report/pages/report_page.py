@@ -6,7 +6,8 @@ from typing import Any
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status, ThicknessProfile
-from bpc_perception.display.legend import layers_of, STATUS_COLOURS
+from bpc_perception.display.layers import layers_of
+from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_words, label, MEANINGS
 from bpc_perception.report.figures.deviation_map import map_figure
