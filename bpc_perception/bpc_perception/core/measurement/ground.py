@@ -78,7 +78,7 @@ class Ground:
                       else seen.laid_on_ink(self._before, self._doubted))
             self._doubted = np.union1d(self._doubted, path.time[shown][on_ink])
         self._before = view
-        return self._without_doubted(samples, path.time)
+        return self.without_doubted(samples, path)
 
     def _begin(self, path: DepositionPath) -> None:
         self._print_id, self._doubted = path.print_id, np.empty(0)
@@ -87,9 +87,12 @@ class Ground:
             if age > STILL_THE_BED_S:
                 self._before = None
 
-    def _without_doubted(self, samples: Samples, time: Array) -> Samples:
+    def without_doubted(self, samples: Samples, path: DepositionPath) -> Samples:
+        """Return the samples of a path with those known to lie on old ink as LOW_CONFIDENCE."""
         self.warning = ''
-        doubted = np.isin(time, self._doubted) & (samples.status == Status.MEASURED)
+        if path.print_id != self._print_id:
+            return samples
+        doubted = np.isin(path.time, self._doubted) & (samples.status == Status.MEASURED)
         if not doubted.any():
             return samples
         self.warning = ('path: expected a bed without ink where ink is laid, found that of '

@@ -96,6 +96,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     places = Places(stroke, layer, shown)
     if (layer > 0).any():
         samples = measure_layers(view, path, places, bed, config, memory)
+        if ground is not None:
+            samples = ground.without_doubted(samples, path)
     else:
         samples = measure_one_layer(view, path, places, bed, config, memory, ground)
         if memory.kept is not None:

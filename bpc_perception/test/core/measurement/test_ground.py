@@ -169,6 +169,23 @@ def test_old_ink_under_a_part_stays_no_measurement() -> None:
     assert (result.profile.status[205:275] == Status.LOW_CONFIDENCE).all()
 
 
+def test_what_lies_on_residue_stays_doubted_when_the_next_layer_begins() -> None:
+    made = Print(LINE)
+    made.captured_before(drawn(LINE[100:180]), 1.0)
+    made.captured(drawn(LINE), 2.4)
+    # Back, half a millimetre higher.
+    back = surface(LINE[:-100:-1]) + np.array((0.0, 0.0, 5e-4))
+    path = path_through(np.concatenate((surface(LINE), back)), start_ns=at_ns(0), speed=SPEED)
+    made.session.set_path(path)
+    made.session.add_capture(capture_of(drawn(LINE), at_ns(path.complete_until)))
+    result, = made.session.results(finish=True)
+    assert result.profile is not None
+    assert result.profile.layer.max() == 1
+    assert (result.profile.status[105:175] == Status.LOW_CONFIDENCE).all()
+    assert (result.profile.status[:100 - MARGIN] == Status.MEASURED).all()
+    assert 'found that of before' in result.warning
+
+
 def test_a_speck_of_ink_does_no_harm() -> None:
     made, speck = Print(LINE), 4
     for seconds in (0.6, 1.8):
