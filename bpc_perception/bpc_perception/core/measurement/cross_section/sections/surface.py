@@ -42,7 +42,7 @@ def follow_surface(view: View, lines: Lines, piece: Index, spacing: float, besid
     looked_at = thinned(piece, step)
     some, bare = lines.of(looked_at), beside[looked_at]
     few = np.arange(0, len(looked_at), NOZZLE_STEP)
-    nozzle = nozzle_height(view, some.of(few), bare[few], normal)
+    nozzle = nozzle_height(view, some.of(few), bare[few], normal, obstacle_height)
     some = replace(some, foot=some.foot + nozzle * normal)
     points = _cloud_along(view, some)
     height = heights(view, points, some, normal)
@@ -56,13 +56,15 @@ def follow_surface(view: View, lines: Lines, piece: Index, spacing: float, besid
                    lateral=unit_vectors(lines.lateral + slope[:, None] * normal))
 
 
-def nozzle_height(view: View, lines: Lines, bare: Flags, normal: Array) -> float:
+def nozzle_height(view: View, lines: Lines, bare: Flags, normal: Array,
+                  obstacle_height: float) -> float:
     """Return how high the bed lies above the nozzle tip, as a rule below 0; 0 = not known [m].
 
-    The nozzle keeps about the same height above the surface all along the path.
+    The nozzle keeps about the same height above the surface all along the path. What is seen
+    farther above the tip stands in front, as the nozzle itself does.
     """
     height = heights(view, _cloud_along(view, lines), lines, normal)
-    bed = height[bare & np.isfinite(height)]
+    bed = height[bare & (height < obstacle_height)]
     return float(np.median(bed)) if len(bed) else 0.0
 
 

@@ -117,8 +117,8 @@ def find_nearest(points: Array, start: Array, lateral: Array,
         Index (N, M) of the nearest point, and its distance (N, M) [m].
     """
     reach = np.abs(offset).max()
-    low = points.min(axis=0) - reach
-    extent = points.max(axis=0) + reach - low
+    low = np.minimum(points.min(axis=0), start.min(axis=0)) - reach
+    extent = np.maximum(points.max(axis=0), start.max(axis=0)) + reach - low
     cell = max((offset[1] - offset[0]) / CELLS_PER_SAMPLE,
                float(extent.max()) / LARGEST_MAP_CELLS)
     x, y = ((points - low) / cell).astype(np.float32).T
