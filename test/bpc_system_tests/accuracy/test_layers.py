@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from bpc_perception.core.profile import Status
+from bpc_sim.scene.surfaces import Cylinder
 from bpc_sim.studies import Row
 from bpc_sim.studies.layers_study import (
     compare_layers,
@@ -100,3 +101,11 @@ def test_after_a_first_layer_that_nobody_saw_those_above_are_measured() -> None:
     assert (first.status == Status.OCCLUDED).all()
     assert (third.status == Status.MEASURED).mean() > 0.95
     assert np.nanmean(np.abs(third.thickness - third.true)) < 6e-5
+
+
+def test_layers_on_a_bed_that_bends_much_are_measured_as_they_are() -> None:
+    """The bed is higher below a bead than between its sides, and lies otherwise at each stroke."""
+    job = replace(print_job('stack', 0.0, 0), surface=Cylinder(0.04))
+    for layer in compare_layers(job, measure_job(job)):
+        assert (layer.status == Status.MEASURED).mean() > 0.95
+        assert np.nanmean(np.abs(layer.thickness - layer.true)) < 6e-5

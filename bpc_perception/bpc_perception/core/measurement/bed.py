@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.capture.capture import pixels_around
+from bpc_perception.core.capture.capture import AROUND_PX, pixels_around
 from bpc_perception.core.geometry import Plane, transform
 from bpc_perception.core.measurement.view import View
 
@@ -18,6 +18,7 @@ INLIER_M = 0.002  # a bead's height, and the bend of a slightly curved bed
 # Of the cloud around a path, what is farthest from it is bed; it is even, but for noise.
 BARE_SHARE, BARE_INLIER_M = 0.3, 3e-4
 LEAST_AREA_M2 = 1e-9  # of the parallelogram of three points that span a plane
+LEAST_BEHIND = 0.05  # of the cloud around a path: what is not in front of it
 SEED = 0
 
 
@@ -75,16 +76,35 @@ def cloud_around(view: View, points: Array) -> Array:
     Raises ValueError for fewer than three.
     """
     probes = points[::max(1, len(points) // PROBES)]
-    uv = view.pixels_inside(probes)
-    u, v = pixels_around(uv, view.capture.camera)
-    cloud = view.capture.cloud[v, u].astype(np.float64)
-    cloud = transform(view.T_base_camera, cloud[np.isfinite(cloud).all(axis=1)])
-    if len(cloud) < 3:
+    inside = probes[view.inside(probes)]
+    uv = view.pixels(inside)
+    pixels = pixels_around(uv, view.capture.camera)
+    cloud = view.capture.cloud[pixels[::-1]].astype(np.float64)
+    known = np.isfinite(cloud).all(axis=1)
+    if known.sum() < 3:
         doubt = ('does the camera have depth there' if len(uv) else
                  'does the hand-eye calibration fit to this camera and robot')
-        raise ValueError(f'cloud: expected points around the path, found {len(cloud)} where '
+        raise ValueError(f'cloud: expected points around the path, found {known.sum()} where '
                          f'{len(uv)} of {len(probes)} path points are in the image; {doubt}?')
-    return cloud
+    _, nearest = cKDTree(uv).query(np.column_stack(pixels)[known])
+    return transform(view.T_base_camera, not_in_front(view, cloud[known], inside[nearest]))
+
+
+def not_in_front(view: View, cloud: Array, path: Array) -> Array:
+    """Return the points of a cloud (K, 3) that are no nearer to the camera than the path.
+
+    What stands in front of much of a small print, as the nozzle and what holds it, is no bed.
+    Where hardly anything else is seen, the path may be wrong, and all points count.
+
+    Args:
+        view: the capture.
+        cloud: points in the camera's frame [m].
+        path: (K, 3) the path beside each of them, in the base frame [m].
+    """
+    # A bed that is seen tilted by 45 degrees comes nearer by as much as it goes aside.
+    tolerance = INLIER_M + 2**0.5 * AROUND_PX * view.pixel_size(path)
+    behind = cloud[:, 2] > transform(view.T_camera_base, path)[:, 2] - tolerance
+    return cloud[behind] if behind.mean() > LEAST_BEHIND else cloud
 
 
 def best_plane(cloud: Array) -> tuple[Array, float]:

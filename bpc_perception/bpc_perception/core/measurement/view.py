@@ -44,11 +44,10 @@ class View:
         """Return the pixels (N, 2) of points (N, 3) of the base frame [m]; NaN = not in front."""
         return self.capture.camera.pixels(transform(self.T_camera_base, points))
 
-    def pixels_inside(self, points: Array) -> Array:
-        """Return the pixels (K, 2) of those of the points (N, 3) that are in the image."""
+    def inside(self, points: Array) -> Flags:
+        """Return which of the points (N, 3) of the base frame are in the image."""
         uv = self.pixels(points)
-        inside: Array = uv[np.isfinite(uv).all(axis=1) & self.capture.camera.contains(uv)]
-        return inside
+        return np.asarray(np.isfinite(uv).all(axis=1) & self.capture.camera.contains(uv))
 
     def surrounds(self, points: Array, margin: float) -> Flags:
         """Return which points (N, 3) of the base frame are in view, or nearly so.

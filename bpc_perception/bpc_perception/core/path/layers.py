@@ -29,6 +29,7 @@ STEEP = 0.5  # a path that rises by more, per length, goes from one layer to the
 BRIDGE_M = 0.01  # of a stroke before the first ink that it lies on, at most
 NEIGHBOUR_M = 1e-3  # ink so near tells the layer of a stroke that begins beside it
 STEEPEST_BED = 0.3  # rise per length
+LEAST_ALIKE = math.cos(0.1)  # of the normals of a bed; else the earlier was none of it
 
 
 @dataclass(frozen=True)
@@ -73,9 +74,11 @@ class LayerFinder:
         Args:
             path: N points.
             stroke: (N,) number of the stroke of each; 0 = travel.
-            bed: plane of the bed; that of the print's first call tells which way is up.
+            bed: plane of the bed; that of the print's first call tells which way is up, as long
+                as those of later ones are about the same.
         """
-        if path.print_id != self._print_id or self._up is None:
+        if (path.print_id != self._print_id or self._up is None
+                or self._up.normal @ bed.normal < LEAST_ALIKE):
             self._begin(path.print_id, bed)
             self._beside = max(BESIDE_M, SPACINGS * typical_spacing(path.points))
         assert self._up is not None

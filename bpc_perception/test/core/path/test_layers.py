@@ -155,6 +155,17 @@ def test_strokes_that_are_told_otherwise_later_are_looked_at_again() -> None:
                                   found(path, stroke).layer)
 
 
+def test_what_was_no_bed_does_not_tell_which_way_is_up_for_long() -> None:
+    """So it is where the nozzle hid most of a small print at first."""
+    path, stroke = printed(lattice(3, 0.35 * MM, BEDS['flat']))
+    finder = LayerFinder()
+    finder.layers(path.where(np.arange(len(path)) < len(path) // 2), stroke[:len(path) // 2],
+                  Plane(np.array((1.0, 0.0, 0.0)), 0.0))
+    layering = finder.layers(path, stroke, BED)
+    np.testing.assert_array_equal(layering.layer, found(path, stroke).layer)
+    assert layering.layer.max() == 2
+
+
 def test_another_print_begins_anew() -> None:
     path, stroke = printed(lattice(2, 0.35 * MM, BEDS['flat']))
     finder = LayerFinder()

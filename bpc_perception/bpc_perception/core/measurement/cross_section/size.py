@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,8 @@ def sizes_on_bed(sections: Sections, sides: SidePoints, width_sigma: Array, bed:
     shapes = shapes_between(cross, some, level_sigma, level)
     found = sizes(shapes, some, width_sigma[rows], np.zeros((len(rows), len(U))), level_sigma,
                   may_hang=False)
+    # A bed that bends is higher below a bead than between its sides.
+    found = replace(found, crest=found.crest + level)
     return found.at(np.interp(np.arange(len(width_sigma)), rows, np.arange(len(rows))))
 
 

@@ -27,7 +27,7 @@ def find_obstacles(view: View, bed: Plane, height: float) -> Mask:
 
 def obstacle_near_path(obstacle: Mask, view: View, points: Array) -> bool:
     """Return whether an obstacle shows in the part of the image around the path (N, 3) [m]."""
-    uv = view.pixels_inside(points)
+    uv = view.pixels(points[view.inside(points)])
     if len(uv) == 0:
         return False
     u0, v0 = np.maximum(np.floor(uv.min(axis=0)) - AMONG_REACH_PX, 0).astype(int)

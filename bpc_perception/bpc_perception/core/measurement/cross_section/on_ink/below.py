@@ -16,6 +16,7 @@ from bpc_perception.core.measurement.cross_section.size import MIDDLE, U
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.measurement.track import Track
+from bpc_perception.core.path.tangents import smoothed_tangents
 from bpc_perception.core.profile import Status
 
 # Of the height of a bead's foot below the nozzle, where it lies on ink and where it hangs.
@@ -24,6 +25,7 @@ HANGS = 1.5  # layers above the next ink below
 # Of the first layer, every so many path points within a reach tell how the bed lies, if they are
 # not all on a line.
 BED_STEP, BED_REACH_M, LEAST_SPREAD_M = 5, 6e-3, 2e-4
+NORMALS = 6  # so many near places of the first layer tell how the bed lies
 # Ink of a layer below goes on where its path is so much nearer than the section's own, from this
 # share of its width on.
 MUCH_NEARER, WITHIN = 0.8, 0.4
@@ -61,7 +63,34 @@ class Beneath:
         return float(self.highest[known].min()) if known.any() else 0.0
 
 
-def normals_below(track: Track, index: Index, bed: Plane) -> Array:
+def normals_measured(track: Track, index: Index, bed: Plane, laid: Samples,
+                     tangent_length: float) -> Array:
+    """Return the normals (N, 3) of the bed below points of a track, which may bend.
+
+    The side points of the first layer tell how the bed lies across its strokes, and the path how
+    it lies along them. Where none was measured, see ``normals_by_path``.
+
+    Args:
+        track: P points.
+        index: (N,) of those asked for.
+        bed: plane of the bed.
+        laid: what is known of the P points.
+        tangent_length: of the path that tells its direction [m].
+    """
+    across = laid.sides.left - laid.sides.right
+    first = np.flatnonzero((track.layer == 0) & (laid.status == Status.MEASURED)
+                           & np.isfinite(across).all(axis=1))[::BED_STEP]
+    if len(first) < NORMALS:
+        return normals_by_path(track, index, bed)
+    along = smoothed_tangents(track.points, track.piece, first, tangent_length)
+    normal = unit_vectors(np.cross(along, across[first]))
+    known = np.isfinite(normal).all(axis=1)
+    _, near = cKDTree(bed.coordinates(track.points[first[known]])).query(
+        bed.coordinates(track.points[index]), NORMALS)
+    return unit_vectors(np.nan_to_num(normal[known])[near].mean(axis=1))
+
+
+def normals_by_path(track: Track, index: Index, bed: Plane) -> Array:
     """Return the normals (N, 3) of the bed below points of a track, which may bend.
 
     The nozzle kept its height above the bed along the first layer.

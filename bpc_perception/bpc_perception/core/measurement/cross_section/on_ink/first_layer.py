@@ -9,7 +9,7 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.bed import bed_beside
 from bpc_perception.core.measurement.cross_section.on_ink.bead import rough_beads
-from bpc_perception.core.measurement.cross_section.on_ink.below import Below, normals_below
+from bpc_perception.core.measurement.cross_section.on_ink.below import Below, normals_by_path
 from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.track import Track
@@ -34,9 +34,10 @@ def first_layer_measured(samples: Samples, path: DepositionPath, layer: Index,
     known = np.flatnonzero((layer == 0) & (samples.status == Status.MEASURED))
     if not len(known):
         return None
-    sides = samples.of(known).sides
+    sides, sizes = samples.of(known).sides, samples.of(known).sizes
     feet = (sides.left + sides.right) / 2
-    return Below(clearance=float(np.median((path.points[known] - feet) @ bed.normal)),
+    bend = np.nan_to_num(sizes.crest - sizes.height)  # of the bed, higher below the bead
+    return Below(clearance=float(np.median((path.points[known] - feet) @ bed.normal - bend)),
                  width=float(np.median(sides.left_distance + sides.right_distance)))
 
 
@@ -68,7 +69,7 @@ def first_layer_unseen(view: View, samples: Samples, path: DepositionPath, layer
     if len(sides.left_distance):
         return Below(clearance, float(np.median(sides.left_distance + sides.right_distance)))
     sections = lay_sections(view, track, newest, bed, config,
-                            Footing(clearance, normals_below(track, newest, bed)))
+                            Footing(clearance, normals_by_path(track, newest, bed)))
     _, width = rough_beads(sections)
     known = width[np.isfinite(width) & (width > 0)]
     return Below(clearance, float(np.median(known))) if len(known) >= LEAST_PATH else None

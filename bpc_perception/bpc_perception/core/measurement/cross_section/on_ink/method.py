@@ -25,7 +25,7 @@ from bpc_perception.core.measurement.cross_section.on_ink.below import (
     goes_on_beside,
     ink_beneath,
     ink_of_layer_below,
-    normals_below,
+    normals_measured,
     unknown_surface,
 )
 from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
@@ -66,7 +66,7 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
         known: the contrast of the whole print; None = not known.
         laid: what is known of the P points.
     """
-    normal = normals_below(track, index, bed)
+    normal = normals_measured(track, index, bed, laid, config.cross_section.tangent_length)
     sections = lay_sections(view, track, index, bed, config, Footing(below.clearance, normal))
     middle, width = rough_beads(sections)
     goes_on = goes_on_beside(sections, track, index, bed, below.width)

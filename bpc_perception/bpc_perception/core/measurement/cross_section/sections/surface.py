@@ -19,6 +19,7 @@ from bpc_perception.core.measurement.cross_section.sections.lines import (
 from bpc_perception.core.measurement.scale import steady_step, steady_window
 from bpc_perception.core.measurement.view import View
 
+LEAST_BED = 0.05  # of what is seen beside the path
 NOZZLE_STEP = 4  # the nozzle's height is looked at on every n-th of the lines looked at
 
 
@@ -61,10 +62,13 @@ def nozzle_height(view: View, lines: Lines, bare: Flags, normal: Array,
     """Return how high the bed lies above the nozzle tip, as a rule below 0; 0 = not known [m].
 
     The nozzle keeps about the same height above the surface all along the path. What is seen
-    farther above the tip stands in front, as the nozzle itself does.
+    farther above the tip stands in front, as the nozzle itself does; unless hardly anything else
+    is seen, as where the nozzle's offset is wrong.
     """
     height = heights(view, _cloud_along(view, lines), lines, normal)
-    bed = height[bare & (height < obstacle_height)]
+    seen = height[bare & np.isfinite(height)]
+    low = seen[seen < obstacle_height]
+    bed = low if len(low) > LEAST_BED * len(seen) else seen
     return float(np.median(bed)) if len(bed) else 0.0
 
 
