@@ -71,6 +71,7 @@ def test_a_sigma_says_how_far_off_a_number_may_be(of: str, table: list[Row]) -> 
 def test_no_height_is_told_of_ink_that_light_goes_into() -> None:
     for row in rows([measure_print((TRANSLUCENT, 0.0, 0))]):
         assert row['height_fair'] >= THRESHOLDS['height_fair']
+        assert row['sized'] == 0
 
 
 @pytest.mark.parametrize(('name', 'stroke', 'length'), [

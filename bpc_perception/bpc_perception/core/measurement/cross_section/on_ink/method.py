@@ -44,7 +44,7 @@ from bpc_perception.core.measurement.cross_section.size import (
     shapes_between,
     sizes,
 )
-from bpc_perception.core.measurement.samples import Samples
+from bpc_perception.core.measurement.samples import Samples, Sizes
 from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.profile import Status, StatusArray
@@ -82,11 +82,15 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     cross = crosswise(sections, normal, np.arange(len(index)))
     # The flanks tell better than the nozzle how deep a bead sits, or hangs.
     shapes = shapes_between(cross, sides, np.full(len(index), LOOSE_FOOT_SIGMA_M))
-    lower = ink_of_layer_below(track, int(track.layer[index[0]]), bed, below, laid)
+    layer = int(track.layer[index[0]])
+    lower = ink_of_layer_below(track, layer, bed, below, laid)
     before, before_sigma = (
         unknown_surface(len(index)) if lower is None
         else lower.surface(sections, sides, shapes.roundness, normal, bed))
     found = sizes(shapes, sides, widths.sigma, before, before_sigma)
+    if lower is None and (laid.status[track.layer == layer - 1] == Status.MEASURED).any():
+        # Its height was refused: light goes into this ink, so the cloud lies here as well.
+        found = Sizes.unknown(len(index))
     gap = missing_ink(sections, beads, widths.sure, before[:, MIDDLE])
     return Samples(sides, judged(sections, picture, widths, found.height, gap), widths.sigma,
                    found, np.full(len(index), view.number))
