@@ -125,7 +125,7 @@ def measure_thickness(config: ThicknessConfig, capture: Capture, path: Depositio
 def measure_again(drawn: DrawnPrint, path: DepositionPath, memory: PrintMemory) -> Array:
     """Return the thickness (N,) [m] with memory of the print as it was before."""
     copy = PrintMemory()
-    copy.last = memory.last
+    copy.last, copy.layers = memory.last, memory.layers
     return measure(drawn.capture, path, drawn.T_base_camera, DEFAULT, memory=copy).thickness
 
 

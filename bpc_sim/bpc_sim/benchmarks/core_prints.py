@@ -20,6 +20,7 @@ PIXEL_M = 1e-4  # length of a pixel's side on the bed
 BEAD_WIDTH_M = 2e-3
 IMAGING = Imaging(blur=1.0, noise=2.0, lamp_gradient=0.12)
 LEAST_ANSWERED = 0.95  # share of the samples
+LONGEST_STEP_S = 0.1  # from point to point of a path
 IGNORED_LENGTH_M = 4e-3  # next to ends and gaps, where nothing is compared
 
 
@@ -41,7 +42,9 @@ class DrawnPrint:
         """Return the path at arc lengths s (N,) [m]."""
         points = np.column_stack((self.deposit.curve.points(s), np.zeros(len(s))))
         unknown = np.full(len(s), np.nan)
-        return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s / NOZZLE_SPEED_M_PER_S, s,
+        # Of a path heard of less often it is not known what lies between its points.
+        slowness = min(1 / NOZZLE_SPEED_M_PER_S, LONGEST_STEP_S / float(np.diff(s).max()))
+        return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s * slowness, s,
                               points, unknown, unknown, np.ones(len(s), bool),
                               np.ones(len(s), bool))
 
