@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from functools import partial
-from pathlib import Path
 from threading import Event
 import time
 from typing import Any
@@ -16,7 +15,6 @@ from bpc_interfaces.msg import (
     ThicknessProfile as ThicknessProfileMsg,
 )
 from bpc_perception.core.advice.rate_advice import RateAdvice
-from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
@@ -24,12 +22,12 @@ from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Session
 from bpc_perception.files.hand_eye_file import load_hand_eye
-from bpc_perception.files.setup_file import load_setup, save_setup
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.profile import profile_to_message
 from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.nodes.parts.kept_setup import KeptSetup
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
 from bpc_perception.nodes.parts.single_source import subscribe_single_source
@@ -41,7 +39,6 @@ from bpc_perception.runtime.process import limit_cpu_use
 from bpc_perception.runtime.run import run
 from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint
 
-SETUP = 'setup.json'  # in the state folder
 CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
 
 
@@ -57,13 +54,11 @@ class ThicknessNode(Node):
         config = self._config.value
         limit_cpu_use(config.process, self.get_logger())
         hand_eye = load_hand_eye(config.hand_eye_file)
-        self._setup_file = Path(config.state_folder) / SETUP if config.state_folder else None
-        self._setup = (load_setup(self._setup_file, self._now_ns()) if self._setup_file
-                       else Setup())
-        self._session = Session(config, hand_eye, self._setup)
+        self._diagnostics = Diagnostics(self, watch=config.watch)
+        self._setup = KeptSetup(config.state_folder, self._now_ns, self._diagnostics.warn)
+        self._session = Session(config, hand_eye, self._setup.setup)
         self._pairer = CapturePairer()
         self._handed_over: deque[tuple[Capture, int, Event]] = deque()
-        self._diagnostics = Diagnostics(self, watch=config.watch)
         self._diagnostics.expect(CAPTURES, paced=True)
         self._frame = config.base_frame
         self._profiles = self.create_publisher(
@@ -148,19 +143,7 @@ class ThicknessNode(Node):
                 self._diagnostics.refuse(in_words(error))
             if result.warning:
                 self._diagnostics.warn(result.warning)
-        self._keep_setup()
-
-    def _keep_setup(self) -> None:
-        """Keep what the print was set up with, if it is another."""
-        setup = self._session.setup
-        if setup == self._setup or self._setup_file is None:
-            return
-        self._setup = setup
-        try:
-            save_setup(self._setup_file, setup, self._now_ns())
-        except OSError as error:
-            self._diagnostics.warn(f'state_folder: expected to write {self._setup_file}, '
-                                   f'found: {error}; make room there, or let it be written to')
+        self._setup.keep(self._session.setup)
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)

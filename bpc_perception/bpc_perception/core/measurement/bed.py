@@ -42,10 +42,8 @@ def bed_beside(view: View, points: Array, bed: Plane) -> Plane:
     cloud = cloud_around(view, points)
     away, _ = cKDTree(bed.coordinates(points)).query(bed.coordinates(cloud))
     bare = cloud[away >= np.quantile(away, 1 - BARE_SHARE)]
-    height = bed.height(bare)
-    low = height - np.median(height)
-    return refitted(bare, bed.normal, float(bare[np.argmin(np.abs(low))] @ bed.normal),
-                    BARE_INLIER_M, view.viewpoint)
+    return refitted(bare, bed.normal, float(np.median(bare @ bed.normal)), BARE_INLIER_M,
+                    view.viewpoint)
 
 
 def refitted(cloud: Array, normal: Array, offset: float, inlier: float,

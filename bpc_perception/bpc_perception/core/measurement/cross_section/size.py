@@ -161,9 +161,9 @@ def sizes(shapes: Shapes, sides: SidePoints, width_sigma: Array, before: Array,
         may_hang: whether they may lie above the surface before.
     """
     half = (sides.left_distance + sides.right_distance) / 2
-    after, level = shapes.at(U), shapes.level[:, None]
-    supported = (before > level) | (not may_hang)
-    floor = np.maximum(before, level) if may_hang else before
+    after, feet = shapes.at(U), shapes.level[:, None] if may_hang else -np.inf
+    supported = before > feet
+    floor = np.maximum(before, feet)
     above = after - floor
     inked = (above > 0) * WEIGHT
     area = half * (above * inked).sum(axis=1)

@@ -18,6 +18,11 @@ from bpc_perception.core.filters import (
     window_sums,
     windows_around,
 )
+from bpc_perception.core.measurement.cross_section.pooled_fit import (
+    LEAST_POINTS,
+    OUTLIER_SIGMAS,
+    spread_of,
+)
 from bpc_perception.core.measurement.cross_section.sections.sections import (
     SAMPLE_STEP_PX,
     Sections,
@@ -26,8 +31,6 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
 POOLED_M = 7e-4  # to either side along the path
 FITTED_SHARE = 0.85  # of the width; farther out points are rare, and mixed with what lies beside
 ROUNDS = 2
-OUTLIER_SIGMAS = 3.0
-LEAST_POINTS = 12
 HALF_LEVEL = 0.5**0.5  # of half a width, where a parabola is half as high
 
 
@@ -67,8 +70,7 @@ def fit_beads(sections: Sections, middle: Array, width: Array) -> Beads:
         coefficients = _solved(normal, right)
         residual = sections.height - np.einsum('nk,knm->nm', coefficients,
                                                np.stack((np.ones_like(place), place, place**2)))
-        known = fitted & np.isfinite(residual)
-        spread = 1.4826 * float(np.median(np.abs(residual[known]))) if known.any() else np.nan
+        spread = spread_of(residual, fitted)
         kept = fitted & (np.abs(residual) <= OUTLIER_SIGMAS * spread)
         if _ < ROUNDS - 1:
             fitted = kept

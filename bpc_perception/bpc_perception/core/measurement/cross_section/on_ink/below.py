@@ -77,17 +77,15 @@ def normals_measured(track: Track, index: Index, bed: Plane, laid: Samples,
         laid: what is known of the P points.
         tangent_length: of the path that tells its direction [m].
     """
-    across = laid.sides.left - laid.sides.right
-    first = np.flatnonzero((track.layer == 0) & (laid.status == Status.MEASURED)
-                           & np.isfinite(across).all(axis=1))[::BED_STEP]
-    if len(first) < NORMALS:
-        return normals_by_path(track, index, bed)
+    first = np.flatnonzero((track.layer == 0) & (laid.status == Status.MEASURED))[::BED_STEP]
     along = smoothed_tangents(track.points, track.piece, first, tangent_length)
-    normal = unit_vectors(np.cross(along, across[first]))
+    normal = unit_vectors(np.cross(along, (laid.sides.left - laid.sides.right)[first]))
     known = np.isfinite(normal).all(axis=1)
+    if known.sum() < NORMALS:
+        return normals_by_path(track, index, bed)
     _, near = cKDTree(bed.coordinates(track.points[first[known]])).query(
         bed.coordinates(track.points[index]), NORMALS)
-    return unit_vectors(np.nan_to_num(normal[known])[near].mean(axis=1))
+    return unit_vectors(normal[known][near].mean(axis=1))
 
 
 def normals_by_path(track: Track, index: Index, bed: Plane) -> Array:

@@ -73,4 +73,3 @@ def first_layer_unseen(view: View, samples: Samples, path: DepositionPath, layer
     _, width = rough_beads(sections)
     known = width[np.isfinite(width) & (width > 0)]
     return Below(clearance, float(np.median(known))) if len(known) >= LEAST_PATH else None
-

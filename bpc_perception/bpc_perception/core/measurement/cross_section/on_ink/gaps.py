@@ -14,7 +14,7 @@ from bpc_perception.core.measurement.cross_section.on_ink.bead import Beads, POO
 from bpc_perception.core.measurement.cross_section.on_ink.widths import LEAST_TOP
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 
-MIDDLE = 0.6  # of the width of a bead
+CENTRAL = 0.6  # of the width of a bead
 # Of the points there so many have to be seen, and so many at most may be ink's, or noise.
 LEAST_SEEN, MOST_HIGH = 0.5, 0.1
 LEAST_BEAD_M = 1.5e-4  # a bead that seems to be lower hardly differs from none
@@ -36,7 +36,7 @@ def missing_ink(sections: Sections, beads: Beads, sure: Flags, before: Array) ->
     floor = np.fmax(before, 0.0)
     if not top - np.median(floor) >= LEAST_BEAD_M:
         return np.zeros(len(sure), bool)
-    central = np.abs(sections.offset - middle) <= MIDDLE * width / 2
+    central = np.abs(sections.offset - middle) <= CENTRAL * width / 2
     height = np.where(sections.visible[:, central], sections.height[:, central], np.nan)
     ink = height > (floor + LEAST_TOP * (top - floor))[:, None]
     around = windows_around(sections.piece, round(POOLED_M / sections.spacing))
