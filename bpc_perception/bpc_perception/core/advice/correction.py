@@ -74,11 +74,16 @@ def correct(now: Situation, finding: Finding, delivery: Delivery,
     band = 2 * np.log1p(config.dead_band) / (HELD_BAND if now.correcting else 1)
     if not np.abs(wanted - now.volume).max() > band:
         return Correction(1.0, 1.0, confidence, Reason.ON_TARGET)
+    # More ink only as far as it is missing for sure: ink that is laid cannot be taken back.
+    missing = wanted - now.volume
+    sure = missing - np.clip(missing, 0.0, delivery.gain_sigma)
+    if not sure.any():
+        return Correction(1.0, 1.0, confidence, Reason.ON_TARGET)
     # Both stay in proportion to what the print was set up with, however often advice is followed.
     least, most = np.log((config.minimum_scale, config.maximum_scale))
-    nominal = now.area - now.prior
-    believed = np.clip(wanted, nominal + least, nominal + most)
-    asked = confidence * (believed - now.volume) * (1, -1)  # the speed goes against the flow
+    nominal = now.area - now.prior - now.volume
+    believed = np.clip(sure, nominal + least, nominal + most)
+    asked = confidence * believed * (1, -1)  # the speed goes against the flow
     step = config.slew_rate * now.elapsed
     followed = now.followed * np.array((1, -1))
     # The flow goes up, and the speed down, no further than by what the bead lacks, unless it is
@@ -87,7 +92,7 @@ def correct(now: Situation, finding: Finding, delivery: Delivery,
     lowest, highest = np.array((-step, -min(step, lacking))), np.array((min(step, lacking), step))
     changes = np.clip(asked, np.clip(least - followed, lowest, 0.0),
                       np.clip(most - followed, 0.0, highest))
-    if (changes != asked).any() or (believed != wanted).any():
+    if (changes != asked).any() or (believed != sure).any():
         reason = Reason.LIMITED
     elif wanted[0] > now.volume:
         reason = Reason.UNDER_EXTRUSION

@@ -65,14 +65,19 @@ def assert_changes_nothing(result: RateAdvice, reason: Reason) -> None:
     assert (result.flow_rate_scale, result.speed_scale, result.confidence) == (1, 1, 0)
 
 
+def nearly(factor: float) -> Any:
+    """A factor up to 2 % nearer to 1: more ink only as far as it is missing for sure."""
+    return pytest.approx((0.99 if factor > 1 else 1.01) * factor, rel=0.01)
+
+
 @pytest.mark.parametrize(('share', 'reason'), [
     (0.7, Reason.UNDER_EXTRUSION), (0.85, Reason.UNDER_EXTRUSION),
     (1.2, Reason.OVER_EXTRUSION), (1.5, Reason.OVER_EXTRUSION)])
 def test_what_does_not_arrive_is_made_up_for(share: float, reason: Reason) -> None:
     result = advise(laid(300), width(share=share))
     assert (result.valid, result.reason) == (True, reason)
-    assert result.flow_rate_scale == pytest.approx(1 / share, rel=0.01)
-    assert result.speed_scale == pytest.approx(share, rel=0.01)
+    assert result.flow_rate_scale == nearly(1 / share)
+    assert result.speed_scale == nearly(share)
     assert result.delivery == pytest.approx(share, rel=0.01)
     assert result.expected_thickness == pytest.approx(width(share=share), rel=0.005)
     assert result.measured_thickness == pytest.approx(width(share=share))
@@ -223,7 +228,7 @@ def test_targets_along_the_path_are_looked_up_where_the_advice_takes_effect() ->
     targets = WidthTargets(np.array((0, step, step)), np.array((TARGET, TARGET, 1.2 * TARGET)))
     result = advise(path, width(), advisor=Advisor(targets))
     assert result.target_thickness == pytest.approx(1.2 * TARGET)
-    assert result.flow_rate_scale == pytest.approx(1.44, rel=0.01)
+    assert result.flow_rate_scale == nearly(1.44)
 
 
 @pytest.mark.parametrize(('gap', 'alarm'), [(5, False), (15, True), (40, True)])
