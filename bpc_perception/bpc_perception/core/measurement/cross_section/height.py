@@ -36,7 +36,7 @@ WILD_M = 2e-3  # from what is usual along the path: no point of the bead
 # than those of points by themselves. Found with simulated beads, of 0.6 to 2.5 mm.
 SIGMA_GAIN = 1.35
 ROUNDNESS_SIGMA, LEAST_ROUND, MOST_ROUND = 0.3, -0.4, 1.5  # of r, as it is among beads
-ROUNDNESS_VARIES = 0.1  # from bead to bead of one ink and layer
+ROUNDNESS_VARIES = 0.1  # from bead to bead of one ink, and from layer to layer
 RISE_SIGMA = 0.08  # by which a bead is higher than around it, as a share of its height
 # So far below its feet comes the cloud of ink that light goes into; of a flat bead that is less
 # surely known.
@@ -85,8 +85,36 @@ def shape(u: Array, roundness: Array) -> Array:
     return np.asarray((1 - u**2) * (1 + roundness * u**2))
 
 
+@dataclass(frozen=True)
+class Roundness:
+    """What is known beforehand of how round beads are: r, and its 1-sigma uncertainty."""
+
+    usual: float = 0.0
+    sigma: float = ROUNDNESS_SIGMA
+
+    @classmethod
+    def like(cls, area: Array, rise: Array, width: Array) -> Roundness:
+        """Return that beads are as round as others of this ink.
+
+        Args:
+            area: (N,) of the cross-sections of the others [m^2].
+            rise: (N,) height of their crests above their feet [m].
+            width: (N,) [m].
+        """
+        with np.errstate(invalid='ignore', divide='ignore'):
+            filled = area / (rise * width)  # (2/3 + 2/15 r) of a bead that is highest amid
+        known = np.isfinite(filled)
+        if not known.any():
+            return cls()
+        usual = np.clip(7.5 * float(np.median(filled[known])) - 5, LEAST_ROUND, MOST_ROUND)
+        return cls(float(usual), ROUNDNESS_VARIES)
+
+
+ANY_ROUNDNESS = Roundness()
+
+
 def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma: Array,
-               repeated: float = 1.0) -> Shapes:
+               repeated: float = 1.0, round_like: Roundness = ANY_ROUNDNESS) -> Shapes:
     """Fit sections of beads to points of the cloud.
 
     Args:
@@ -96,6 +124,7 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
         spacing: between path points [m].
         foot_sigma: (N,) 1-sigma uncertainty of the feet of the sections [m].
         repeated: how often each point of the cloud is among those given.
+        round_like: what is known of how round they are.
     """
     near, wide = (windows_around(piece, round(reach / spacing)) for reach in (POOLED_M, SHAPED_M))
     usual = running_median(masked_median(height, np.abs(u) < CENTRAL),
@@ -112,7 +141,8 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
     along = 2 * round(DEEP_M / spacing) + 1, piece
     deep = (_below_feet(parabola, foot_sigma, TOO_DEEP_M, *along)
             | _below_feet(free, foot_sigma, FLAT_TOO_DEEP_M, *along))
-    level, rise, roundness = _fit_alike(u, height, fitted, wide, noise, usual, foot_sigma)
+    level, rise, roundness = _fit_alike(u, height, fitted, wide, noise, usual, foot_sigma,
+                                        round_like)
     profile = shape(u, roundness[:, None])
     known = fitted & np.isfinite(roundness)[:, None]
     # A bead hangs now lower, now higher, but is about as high as before and behind.
@@ -128,17 +158,17 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
 
 
 def _fit_alike(u: Array, height: Array, fitted: Flags, window: tuple[Index, Index],
-               noise: float, usual: Array, foot_sigma: Array) -> Array:
+               noise: float, usual: Array, foot_sigma: Array,
+               round_like: Roundness) -> Array:
     """Return level, rise and roundness (3, N) of beads that are about as round as the others.
 
     Beads of one ink and nozzle are alike, and a single one tells its roundness badly: where a
     strand hangs, so do its feet.
     """
-    basis = np.ones_like(u), 1 - u**2, u**2 * (1 - u**2)
-    bend_sigma = ROUNDNESS_SIGMA * np.abs(usual)
+    basis = (np.ones_like(u), shape(u, np.full(1, round_like.usual)), u**2 * (1 - u**2))
     alone = pooled_fit(basis, height, fitted, window, noise,
-                       (foot_sigma, UNKNOWN_M, bend_sigma))
-    alike = _roundness_of_all(alone, bend_sigma, window)
+                       (foot_sigma, UNKNOWN_M, round_like.sigma * np.abs(usual)))
+    alike = round_like.usual + _mean_bend(alone, round_like.sigma, usual, window)
     basis = basis[0], shape(u, np.full(1, alike)), basis[2]
     level, rise, bend = pooled_fit(
         basis, height, fitted, window, noise,
@@ -148,21 +178,23 @@ def _fit_alike(u: Array, height: Array, fitted: Flags, window: tuple[Index, Inde
     return np.stack((level, rise, roundness))
 
 
-def _roundness_of_all(fit: PooledFit, sigma: Array, window: tuple[Index, Index]) -> float:
-    """Return the mean roundness of beads, weighed by what each tells of it.
+def _mean_bend(fit: PooledFit, sigma: float, usual: Array, window: tuple[Index, Index]) -> float:
+    """Return the mean bend of beads per rise, weighed by what each tells of it.
 
     Args:
         fit: level, rise and bend of N beads, fitted over windows.
-        sigma: (N,) how far from 0 each bend may be, as was known beforehand [m].
+        sigma: how far from 0 it may be, as was known beforehand.
+        usual: (N,) rise of the beads [m].
         window: first row of each, and that behind its last.
     """
     rise, bend, variance = fit.values[:, 1], fit.values[:, 2], fit.covariance[:, 2, 2]
     share = rise / (window[1] - window[0])  # each point is in as many windows
     with np.errstate(invalid='ignore', divide='ignore'):
         told = share * bend / variance
-        weight = share * rise * np.maximum(1 / variance - 1 / sigma**2, 0)
+        weight = share * rise * np.maximum(
+            1 / variance - 1 / (sigma * usual)**2, 0)
         known = np.isfinite(told + weight) & (rise > 0)
-    return float(told[known].sum() / (weight[known].sum() + 1 / ROUNDNESS_SIGMA**2))
+    return float(told[known].sum() / (weight[known].sum() + 1 / sigma**2))
 
 
 def _below_feet(fit: PooledFit, foot_sigma: Array, least: float, window: int,

@@ -10,7 +10,9 @@ from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.filters import thinned, windows_around
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.height import (
+    ANY_ROUNDNESS,
     fit_shapes,
+    Roundness,
     shape,
     SHAPED_M,
     Shapes,
@@ -28,7 +30,7 @@ from bpc_perception.core.measurement.samples import Sizes
 from bpc_perception.core.measurement.side_points import SidePoints
 
 BED_SIGMA_M = 5e-6  # of the bed beside a bead, beside the noise of the cloud
-SHAPE_SIGMA = 0.025  # of an area, as a share of it: no bead has quite the shape that is fitted
+SHAPE_SIGMA = 0.02  # of an area, as a share of it: no bead has quite the shape that is fitted
 UNSEEN_SIGMA_M = 5e-5  # of the bed where it is not seen
 BED_ROUNDS = 2
 BED_STEP = 2  # it is even: not all of its points are needed
@@ -126,7 +128,8 @@ def bed_level(cross: Crosswise, beside: Flags) -> tuple[Array, Array]:
 
 
 def shapes_between(cross: Crosswise, sides: SidePoints, foot_sigma: Array,
-                   foot: Array | float = 0.0) -> Shapes:
+                   foot: Array | float = 0.0,
+                   round_like: Roundness = ANY_ROUNDNESS) -> Shapes:
     """Fit the cloud between the side points of K sections.
 
     Args:
@@ -134,6 +137,7 @@ def shapes_between(cross: Crosswise, sides: SidePoints, foot_sigma: Array,
         sides: where the beads end.
         foot_sigma: (K,) 1-sigma uncertainty of the feet of the beads [m].
         foot: (K,) how high they are above those of the sections [m].
+        round_like: what is known of how round the beads are.
     """
     half = (sides.left_distance + sides.right_distance) / 2
     middle = (sides.left_distance - sides.right_distance) / 2
@@ -141,7 +145,7 @@ def shapes_between(cross: Crosswise, sides: SidePoints, foot_sigma: Array,
         u = (cross.place - middle[:, None]) / half[:, None]
     near = np.flatnonzero((np.abs(u) < 1).any(axis=0))
     return fit_shapes(u[:, near], cross.height[:, near] - np.reshape(foot, (-1, 1)), cross.piece,
-                      cross.spacing, foot_sigma, cross.repeated)
+                      cross.spacing, foot_sigma, cross.repeated, round_like)
 
 
 def sizes(shapes: Shapes, sides: SidePoints, width_sigma: Array, before: Array,

@@ -7,7 +7,12 @@ from perception_builders import one_piece
 import pytest
 
 from bpc_perception.core.arrays import Array
-from bpc_perception.core.measurement.cross_section.height import fit_shapes, shape, Shapes
+from bpc_perception.core.measurement.cross_section.height import (
+    fit_shapes,
+    Roundness,
+    shape,
+    Shapes,
+)
 
 MM = 1e-3
 COUNT, PIXEL, SPACING, NOISE = 300, 0.17 * MM, 0.1 * MM, 0.045 * MM
@@ -93,6 +98,25 @@ def test_beads_that_hang_tell_their_shape_together() -> None:
     alone = np.mean([error(range(number, number + 1)) for number in range(strands)])
     together = error(range(strands))
     assert together < 0.5 * alone
+
+
+@pytest.mark.parametrize('roundness', [0.0, 0.4])
+def test_how_round_others_are_tells_how_far_one_hangs(roundness: float) -> None:
+    """The others are of the same ink, and lie on the bed."""
+    place = np.linspace(-1, 1, 2001)
+    area = RISE * WIDTH / 2 * np.trapezoid(shape(place, np.array(roundness)), place)
+    like = Roundness.like(np.array([area]), np.array([RISE]), np.array([WIDTH]))
+    assert like.usual == pytest.approx(roundness, abs=1e-3)
+    hangs = 0.1 * MM
+    height = cloud(shape(U, np.array(roundness)), depth=-hangs)
+    found = fit_shapes(np.tile(U, (COUNT, 1)), height, one_piece(COUNT), SPACING,
+                       np.full(COUNT, 0.5 * MM), round_like=like)
+    assert np.abs(np.median(found.level) + hangs) < 0.02 * MM
+
+
+def test_how_round_others_are_is_not_known_where_none_was_measured() -> None:
+    nothing = np.full(3, np.nan)
+    assert Roundness.like(nothing, nothing, nothing) == Roundness()
 
 
 def test_nothing_is_told_without_points() -> None:

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.geometry import Plane, unit_vectors
-from bpc_perception.core.measurement.cross_section.height import shape
+from bpc_perception.core.measurement.cross_section.height import ANY_ROUNDNESS, Roundness, shape
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 from bpc_perception.core.measurement.cross_section.sections.territory import find_nearest
 from bpc_perception.core.measurement.cross_section.size import MIDDLE, U
@@ -39,10 +39,12 @@ class Below:
     Attributes:
         clearance: how high above the feet of beads the nozzle passes [m].
         width: of the ink below [m].
+        roundness: of the ink on the bed.
     """
 
     clearance: float
     width: float
+    roundness: Roundness = ANY_ROUNDNESS
 
 
 @dataclass(frozen=True)
@@ -158,10 +160,14 @@ def goes_on_beside(sections: Sections, track: Track, index: Index, bed: Plane,
                       & (out > WITHIN * below))
 
 
+def hangs(beneath: Beneath) -> Flags:
+    """Return which beads (N,) have no ink of the layer below under them."""
+    return np.asarray(~(beneath.highest < HANGS * beneath.layer_height))
+
+
 def foot_sigma(beneath: Beneath) -> Array:
     """Return the 1-sigma uncertainty (N,) of how high the feet of beads are [m]."""
-    return np.where(beneath.highest < HANGS * beneath.layer_height, SUPPORTED_FOOT_SIGMA_M,
-                    HANGING_FOOT_SIGMA_M)
+    return np.where(hangs(beneath), HANGING_FOOT_SIGMA_M, SUPPORTED_FOOT_SIGMA_M)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from bpc_perception.core.arrays import Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.bed import bed_beside
+from bpc_perception.core.measurement.cross_section.height import Roundness
 from bpc_perception.core.measurement.cross_section.on_ink.bead import rough_beads
 from bpc_perception.core.measurement.cross_section.on_ink.below import Below, normals_by_path
 from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
@@ -37,8 +38,10 @@ def first_layer_measured(samples: Samples, path: DepositionPath, layer: Index,
     sides, sizes = samples.of(known).sides, samples.of(known).sizes
     feet = (sides.left + sides.right) / 2
     bend = np.nan_to_num(sizes.crest - sizes.height)  # of the bed, higher below the bead
+    width = sides.left_distance + sides.right_distance
     return Below(clearance=float(np.median((path.points[known] - feet) @ bed.normal - bend)),
-                 width=float(np.median(sides.left_distance + sides.right_distance)))
+                 width=float(np.median(width)),
+                 roundness=Roundness.like(sizes.area, sizes.height, width))
 
 
 def first_layer_unseen(view: View, samples: Samples, path: DepositionPath, layer: Index,

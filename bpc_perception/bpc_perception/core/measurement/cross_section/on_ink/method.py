@@ -7,6 +7,7 @@ The cloud shows where the upper bead comes down.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
+from bpc_perception.core.measurement.cross_section.edges.edges import Edges
+from bpc_perception.core.measurement.cross_section.height import Shapes
 from bpc_perception.core.measurement.cross_section.method import (
     Picture,
     points_beside,
@@ -23,6 +26,7 @@ from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads,
 from bpc_perception.core.measurement.cross_section.on_ink.below import (
     Below,
     goes_on_beside,
+    hangs,
     ink_beneath,
     ink_of_layer_below,
     normals_measured,
@@ -49,7 +53,7 @@ from bpc_perception.core.measurement.track import Track
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.profile import Status, StatusArray
 
-LOOSE_FOOT_SIGMA_M = 2e-4  # of the height of a bead's foot, as the nozzle tells it
+LOOSE_FOOT_SIGMA_M = 5e-4  # of the height of a bead's foot, as the nozzle tells it
 
 
 def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,
@@ -75,13 +79,20 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     beneath = ink_beneath(track, index, bed, below.width)
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
     beads = fit_beads(sections, middle, width)
-    widths = find_widths(sections, apparent_slope(view, sections, bed), beneath,
-                         (picture.left, picture.right), cliffs,
-                         config.cross_section.edge_sigma * sections.pixel, beads)
-    sides = points_beside(sections, widths.left, widths.right)
     cross = crosswise(sections, normal, np.arange(len(index)))
+    slope = apparent_slope(view, sections, bed)
+    find = partial(find_widths, sections, slope, beneath, cliffs=cliffs, beads=beads,
+                   edge_sigma=config.cross_section.edge_sigma * sections.pixel)
+    widths = find((picture.left, picture.right))
+    sides = points_beside(sections, widths.left, widths.right)
     # The flanks tell better than the nozzle how deep a bead sits, or hangs.
-    shapes = shapes_between(cross, sides, np.full(len(index), LOOSE_FOOT_SIGMA_M))
+    shapes = shapes_between(cross, sides, np.full(len(index), LOOSE_FOOT_SIGMA_M),
+                            round_like=below.roundness)
+    # Seen from the side, the edges of one that hangs are elsewhere.
+    outwards = np.where(hangs(beneath), slope, 0.0)
+    widths = find((at_feet(picture.left, shapes, outwards),
+                   at_feet(picture.right, shapes, -outwards)))
+    sides = points_beside(sections, widths.left, widths.right)
     layer = int(track.layer[index[0]])
     lower = ink_of_layer_below(track, layer, bed, below, laid)
     before, before_sigma = (
@@ -94,6 +105,18 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     gap = missing_ink(sections, beads, widths.sure, before[:, MIDDLE])
     return Samples(sides, judged(sections, picture, widths, found.height, gap), widths.sigma,
                    found, np.full(len(index), view.number))
+
+
+def at_feet(edges: Edges, shapes: Shapes, slope: Array) -> Edges:
+    """Return where N edges are that were taken to be as high as the feet of the sections.
+
+    Args:
+        edges: on one side.
+        shapes: of the beads; their feet are higher by their level.
+        slope: (N,) how far a place seems to be shifted outwards, per height above the foot.
+    """
+    raised = np.nan_to_num(slope * shapes.level)
+    return replace(edges, distance=edges.distance + raised)
 
 
 def apparent_slope(view: View, sections: Sections, bed: Plane) -> Array:

@@ -23,7 +23,7 @@ from bpc_perception.core.measurement.cross_section.on_ink.known import (
 )
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 
-CLIFF_SIGMA_PX = 0.3  # of a place known to a pixel, which is the same all along a straight edge
+CLIFF_SIGMA_PX = 0.25  # of a place known to a pixel, which is the same all along a straight edge
 MOST_SHOWN_PX = 0.25  # of ink below beyond a bead, where its edge is seen all the same
 AGREE_SIGMAS = 3.0  # within which picture and cloud agree
 # By how much, as a share of the usual width, one may differ that the cloud tells in part, and one
