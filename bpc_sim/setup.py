@@ -22,7 +22,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed', '**/*.json', '**/*.yaml']},
+    package_data={PACKAGE: ['py.typed', '**/*.json', '**/*.yaml', '**/*.npz']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -30,12 +30,16 @@ setup(
         *share('launch', '*.launch.py'),
     ],
     install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},  # tells `colcon test` to run pytest
+    extras_require={
+        'raytraced': ['mitsuba==3.9.0'],  # traces the scenes of the study raytraced anew
+        'test': ['pytest'],  # tells `colcon test` to run pytest
+    },
     zip_safe=False,
     entry_points={
         'bpc.cameras': ['synthetic = bpc_sim.nodes.camera_back_end:prepare'],
         'bpc.commands': [
             'bench = bpc_sim.cli.bench:bench',
+            'raytrace = bpc_sim.cli.raytrace:raytrace',
             'sim = bpc_sim.cli.sim:sim',
             'study = bpc_sim.cli.study:study',
         ],

@@ -33,7 +33,7 @@ WITHOUT_KEY = {'mcap', 'rosbags', 'lz4', 'zstandard', 'ticlib', 'plotly', 'apsw'
 # What NiceGUI stands on, and the page with it.
 WITHOUT_KEY |= {'fastapi', 'starlette', 'uvicorn'}
 # Extras in setup.py, imported when asked for.
-EXTRAS = {'matplotlib', 'dask', 'distributed', 'pyarrow'}
+EXTRAS = {'matplotlib', 'dask', 'distributed', 'mitsuba', 'pyarrow'}
 # The floor plan. A module imports from its own room and from those above it in this list, never
 # from those below. A room within a room may stand apart: the longest name that fits counts.
 FLOOR_PLAN = {
@@ -52,8 +52,8 @@ FLOOR_PLAN = {
         'runtime.held_warnings', 'runtime.transport', 'runtime', 'drivers', 'page',
         'nodes.parts', 'nodes', 'batch', 'cli.parts', 'cli', '__main__'),
     'bpc_sim': (
-        'ink', 'scene', 'printer', 'closed_loop', 'config', 'stress', 'doubles', 'nodes',
-        'studies', 'benchmarks', 'cli.parts', 'cli'),
+        'ink', 'scene', 'printer', 'closed_loop', 'config', 'stress', 'raytraced', 'doubles',
+        'nodes', 'studies', 'benchmarks', 'cli.parts', 'cli'),
 }
 MOST_MODULES = 14  # in a room: one look has to take them in
 

@@ -11,6 +11,7 @@ from bpc_sim.studies.misfortunes.study import MISFORTUNE_SEARCH
 from bpc_sim.studies.paper.sweeps import RESOLUTION, THICKNESS
 from bpc_sim.studies.paper.table1 import TABLE1
 from bpc_sim.studies.peers.study import PEERS
+from bpc_sim.studies.raytraced_study import RAYTRACED
 from bpc_sim.studies.stress_study import STRESS_SCENES
 from bpc_sim.studies.study_runner import Row, Study
 
@@ -26,4 +27,5 @@ STUDIES: dict[str, Study[Any, Any]] = {
     'closedloop': CLOSED_LOOP,
     'misfortunes': MISFORTUNE_SEARCH,
     'layers': LAYERS,
+    'raytraced': RAYTRACED,
 }
