@@ -68,6 +68,25 @@ def test_a_sigma_says_how_far_off_a_number_may_be(of: str, table: list[Row]) -> 
     assert missed == []
 
 
+@pytest.mark.parametrize(('name', 'layer', 'share'), [
+    ('stack', 1, 0.75), ('stack', 2, 0.85), ('lattice', 3, 0.75)])
+def test_a_strand_narrower_than_that_below_is_told_as_narrow(
+        name: str, layer: int, share: float) -> None:
+    """The edge in the picture is that of the ink below."""
+    job = print_job(name, 0.0, 1)
+    begin, end = job.layers[layer]
+    width = job.commanded.profile
+    job = replace(job, printed_width=lambda s: width(s) * np.where(
+        (s > begin) & (s < end), share, 1.0))
+    found = compare_layers(job, measure_job(job))[layer]
+    true = share * found.true
+    error = (found.thickness - true)[found.status == Status.MEASURED]
+    sigma = found.sigma[found.status == Status.MEASURED]
+    assert len(error) > 0.9 * len(true)
+    assert np.abs(error).mean() < 0.06e-3
+    assert np.mean(np.abs(error) > 3 * sigma) < 0.03
+
+
 def test_no_height_is_told_of_ink_that_light_goes_into() -> None:
     for row in rows([measure_print((TRANSLUCENT, 0.0, 0))]):
         assert row['height_fair'] >= THRESHOLDS['height_fair']

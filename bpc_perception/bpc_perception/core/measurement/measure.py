@@ -79,7 +79,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         ground: what they show where ink was laid since.
 
     Raises:
-        MeasurementError: the path is too short, or the camera does not see where it is.
+        MeasurementError: the path is too short, the camera does not see where it is, or the method
+            does not know layers.
     """
     started = time.perf_counter()
     expect_own_pixels(capture)
@@ -91,8 +92,8 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     stroke = stroke_numbers(path, bed.height(path.points), low)
     path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
     memory = memory or PrintMemory()
-    layer = (memory.layers.layers(path, stroke, bed).layer if config.method == LAYERED
-             else np.zeros(len(path), np.intp))
+    layer = memory.layers.layers(path, stroke, bed).layer
+    expect_method_for_layers(layer, config.method)
     places = Places(stroke, layer, shown)
     if (layer > 0).any():
         samples = measure_layers(view, path, places, bed, config, memory)
@@ -129,6 +130,14 @@ def expect_own_pixels(capture: Capture) -> None:
         raise MeasurementError(
             'camera_info: expected intrinsics that put the cloud onto its own pixels, found it '
             f'{deviation:.1f} pixels beside them; are they of another resolution or camera?')
+
+
+def expect_method_for_layers(layer: Index, method: str) -> None:
+    """Raise MeasurementError where ink lies on ink (N,) and the method knows one layer only."""
+    if method != LAYERED and (layer > 0).any():
+        raise MeasurementError(
+            f'method: expected {LAYERED} for a print in layers, found {method}, which takes ink '
+            'below for the bead; set the method, or measure the first layer only')
 
 
 def path_before(capture: Capture, path: DepositionPath) -> DepositionPath:

@@ -31,7 +31,12 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane, transform
-from bpc_perception.core.measurement.measure import measure, MeasurementError, on_bed
+from bpc_perception.core.measurement.measure import (
+    expect_method_for_layers,
+    measure,
+    MeasurementError,
+    on_bed,
+)
 from bpc_perception.core.parameter import parameters_of
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
@@ -469,3 +474,10 @@ def test_whatever_comes_is_measured_or_refused(seed: int) -> None:
                 continue
             known = np.isfinite(profile.thickness)
             assert (known == np.isin(profile.status, (Status.MEASURED, Status.GAP))).all()
+
+
+def test_a_method_that_knows_one_layer_refuses_a_second() -> None:
+    expect_method_for_layers(np.array((-1, 0, 0)), 'paper')
+    expect_method_for_layers(np.array((0, 1)), 'cross_section')
+    with pytest.raises(MeasurementError, match='expected cross_section for a print in layers'):
+        expect_method_for_layers(np.array((0, 1)), 'paper')

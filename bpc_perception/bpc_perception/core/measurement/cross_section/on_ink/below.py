@@ -160,6 +160,42 @@ def goes_on_beside(sections: Sections, track: Track, index: Index, bed: Plane,
                       & (out > WITHIN * below))
 
 
+def reach_of_ink_below(track: Track, index: Index, bed: Plane, sections: Sections, width: float,
+                       laid: Samples, slope: Array) -> Array:
+    """Return how far out (2, N) ink of lower layers seems to reach, on the left and right [m].
+
+    Where the edge of ink in a picture lies no farther out, it may be theirs. -inf = there is none.
+
+    Args:
+        track: P points.
+        index: (N,) of the beads, all of one layer.
+        bed: plane of the bed.
+        sections: N sections.
+        width: of ink below that was not measured [m].
+        laid: what is known of the P points.
+        slope: (N,) how far to the left what lies below seems to be shifted, per depth.
+    """
+    reach = np.full((2, len(index)), -np.inf)
+    place, height = bed.coordinates(track.points), bed.height(track.points)
+    lateral = bed.coordinates(sections.lateral)
+    half = (laid.sides.left_distance + laid.sides.right_distance) / 2
+    half = np.where(np.isfinite(half), half, width / 2)
+    shift = (laid.sides.left_distance - laid.sides.right_distance) / 2
+    half = np.where(np.isfinite(shift), half + np.abs(shift), half)
+    for layer in range(int(track.layer[index[0]])):
+        lower = np.flatnonzero(track.layer == layer)
+        if not len(lower):
+            continue
+        away, near = cKDTree(place[lower]).query(place[index], distance_upper_bound=width)
+        found = np.flatnonzero(np.isfinite(away))
+        near = lower[near[found]]
+        to_left = np.einsum('nk,nk->n', place[near] - place[index[found]], lateral[found])
+        to_left += (height[index[found]] - height[near]) * slope[found]
+        reach[:, found] = np.maximum(
+            reach[:, found], np.stack((half[near] + to_left, half[near] - to_left)))
+    return reach
+
+
 def hangs(beneath: Beneath) -> Flags:
     """Return which beads (N,) have no ink of the layer below under them."""
     return np.asarray(~(beneath.highest < HANGS * beneath.layer_height))

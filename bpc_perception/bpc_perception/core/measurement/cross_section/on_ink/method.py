@@ -30,6 +30,7 @@ from bpc_perception.core.measurement.cross_section.on_ink.below import (
     ink_beneath,
     ink_of_layer_below,
     normals_measured,
+    reach_of_ink_below,
     unknown_surface,
 )
 from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
@@ -81,7 +82,8 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     beads = fit_beads(sections, middle, width)
     cross = crosswise(sections, normal, np.arange(len(index)))
     slope = apparent_slope(view, sections, bed)
-    find = partial(find_widths, sections, slope, beneath, cliffs=cliffs, beads=beads,
+    reach = reach_of_ink_below(track, index, bed, sections, below.width, laid, slope)
+    find = partial(find_widths, sections, slope, beneath, cliffs=cliffs, reach=reach, beads=beads,
                    edge_sigma=config.cross_section.edge_sigma * sections.pixel)
     widths = find((picture.left, picture.right))
     sides = points_beside(sections, widths.left, widths.right)

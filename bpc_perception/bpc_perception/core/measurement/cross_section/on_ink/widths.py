@@ -14,7 +14,7 @@ from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.filters import masked_median
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.on_ink.bead import Beads
-from bpc_perception.core.measurement.cross_section.on_ink.below import Beneath, foot_sigma
+from bpc_perception.core.measurement.cross_section.on_ink.below import Beneath, foot_sigma, hangs
 from bpc_perception.core.measurement.cross_section.on_ink.known import (
     best_of,
     carried_along,
@@ -24,7 +24,7 @@ from bpc_perception.core.measurement.cross_section.on_ink.known import (
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 
 CLIFF_SIGMA_PX = 0.25  # of a place known to a pixel, which is the same all along a straight edge
-MOST_SHOWN_PX = 0.25  # of ink below beyond a bead, where its edge is seen all the same
+APART_PX = 0.5  # farther out than ink below reaches, an edge in the picture is that of the bead
 AGREE_SIGMAS = 3.0  # within which picture and cloud agree
 # By how much, as a share of the usual width, one may differ that the cloud tells in part, and one
 # of which both edges are seen.
@@ -52,7 +52,8 @@ class Widths:
 
 
 def find_widths(sections: Sections, slope: Array, beneath: Beneath, edges: tuple[Edges, Edges],
-                cliffs: tuple[Array, Array], edge_sigma: float, beads: Beads) -> Widths:
+                cliffs: tuple[Array, Array], reach: Array, edge_sigma: float,
+                beads: Beads) -> Widths:
     """Return what picture and cloud say together of N sections.
 
     Args:
@@ -61,12 +62,15 @@ def find_widths(sections: Sections, slope: Array, beneath: Beneath, edges: tuple
         beneath: which ink lies under the beads.
         edges: in the picture, on the left and on the right.
         cliffs: (N,) where beads break off in the cloud, on both sides [m].
+        reach: (2, N) how far out ink below seems to reach on both sides [m].
         edge_sigma: of an edge in the picture, beside its noise [m].
         beads: what the cloud says.
     """
     foot = foot_sigma(beneath)
-    sides = [_side(*each, sections, edge_sigma, np.nan_to_num(beneath.lowest))
-             for each in zip(edges, cliffs, (slope, -slope), strict=True)]
+    # On ink the cloud goes down where that ends, whatever is on it.
+    free = hangs(beneath)
+    sides = [_side(edge, np.where(free, cliff, np.nan), out, sections, edge_sigma)
+             for edge, cliff, out in zip(edges, cliffs, reach, strict=True)]
     (left, left_sigma), (right, right_sigma) = sides
     pictured = np.all([edge.distance == place for edge, (place, _) in zip(
         edges, sides, strict=True)], axis=0)
@@ -119,15 +123,13 @@ def usual_around(width: Array, sections: Sections) -> Array:
     return np.where(known.sum(axis=1) >= LEAST_SURE, masked_median(around, known), np.nan)
 
 
-def _side(edge: Edges, cliff: Array, slope: Array, sections: Sections, sigma: float,
-          depth: Array) -> tuple[Array, Array]:
+def _side(edge: Edges, cliff: Array, reach: Array, sections: Sections,
+          sigma: float) -> tuple[Array, Array]:
     """Return where (N,) beads end on one side, with its 1-sigma uncertainty (N,) [m].
 
-    NaN = unknown. Where ink below comes out on this side, seen from the camera, its edge is not
-    the bead's: then the place counts at which the cloud breaks off.
+    NaN = unknown. Where ink below reaches as far out (N,), the edge in the picture may be that of
+    the ink below: then the place counts at which the cloud breaks off.
     """
-    shown = np.maximum(depth * slope, 0.0)  # the ink below is as wide
-    by_picture = np.where(shown <= MOST_SHOWN_PX * sections.pixel, edge.distance, np.nan)
-    known = np.isfinite(by_picture)
-    return (np.where(known, by_picture, cliff),
-            np.where(known, np.hypot(edge.sigma, sigma), CLIFF_SIGMA_PX * sections.pixel))
+    own = edge.distance > reach + APART_PX * sections.pixel
+    return (np.where(own, edge.distance, cliff),
+            np.where(own, np.hypot(edge.sigma, sigma), CLIFF_SIGMA_PX * sections.pixel))
