@@ -160,16 +160,24 @@ class LayerFinder:
     def _like_others(self, number: int) -> tuple[int, float]:
         """Return what a piece is taken to lie on until it comes upon ink.
 
-        Ink right beside it tells, by its height. Else it is on the bed if it is as high as the
-        first piece, or goes on in the layer of the piece before.
+        Ink right beside it tells, by its height: no bed rises so steeply as to the next layer of
+        one that leans. Else it is on the bed if it is as high as the first piece, or goes on in
+        the layer of the piece before.
         """
         if not number:
             return 0, math.nan
         away = np.linalg.norm(np.array(self._place[:number]) - self._place[number], axis=1)
-        other = int(np.argmin(away))
-        higher = self._height[number] - self._height[other]
-        if away[other] < NEIGHBOUR_M and abs(higher) < LEAST_RISE_M + STEEPEST_BED * away[other]:
-            return self._layer[other], self._rise[other]
+        near = np.flatnonzero(away < NEIGHBOUR_M)
+        if len(near):
+            higher = self._height[number] - np.array(self._height)[near]
+            bed_may_rise = LEAST_RISE_M + STEEPEST_BED * away[near]
+            nearest = int(np.argmin(away[near]))
+            if abs(higher[nearest]) < bed_may_rise[nearest]:
+                return self._layer[near[nearest]], self._rise[near[nearest]]
+            below = np.where(higher > bed_may_rise, higher, np.inf)
+            top = int(np.argmin(below))
+            if np.isfinite(below[top]):
+                return self._layer[near[top]] + 1, float(higher[top])
         if abs(self._height[number] - self._height[0]) < LEAST_RISE_M:
             return 0, math.nan
         return self._layer[number - 1], self._rise[number - 1]

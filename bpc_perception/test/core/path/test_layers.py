@@ -94,6 +94,16 @@ def test_strands_on_top_of_each_other_are_a_layer_each(bed: str) -> None:
 
 
 @pytest.mark.parametrize('bed', BEDS)
+@pytest.mark.parametrize('aside', [0.2, 0.4, 0.7])
+def test_a_wall_that_leans_has_a_layer_with_each_stroke(bed: str, aside: float) -> None:
+    strokes = [straight(np.array((-10 * MM, aside * MM * layer)),
+                        np.array((10 * MM, aside * MM * layer)), (0.8 + 0.4 * layer) * MM,
+                        BEDS[bed]) for layer in range(4)]
+    path, stroke = printed(strokes)
+    assert of_strokes(found(path, stroke), stroke) == [{0}, {1}, {2}, {3}]
+
+
+@pytest.mark.parametrize('bed', BEDS)
 def test_strands_of_one_layer_that_cross_or_touch_are_of_one_layer(bed: str) -> None:
     lines = np.array((((-10, 0), (10, 0)), ((0, -10), (0, 10)), ((-10, 1.5), (10, 1.5)),
                       ((-10, -9), (10, 9)))) * MM
