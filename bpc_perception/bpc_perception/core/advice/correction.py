@@ -15,6 +15,7 @@ from bpc_perception.core.config import AdviceConfig
 # Time in which a flow behind a long lag has to be right: the longer of this time and this number
 # of periods between captures.
 HORIZON_S, HORIZON_PERIODS = 3.0, 1.0
+DOUBT_SIGMAS = 0.5  # of the gain, that a first step leaves out
 HELD_BAND = 3  # the dead band is narrower by this factor while correcting
 
 
@@ -74,9 +75,11 @@ def correct(now: Situation, finding: Finding, delivery: Delivery,
     band = 2 * np.log1p(config.dead_band) / (HELD_BAND if now.correcting else 1)
     if not np.abs(wanted - now.volume).max() > band:
         return Correction(1.0, 1.0, confidence, Reason.ON_TARGET)
-    # More ink only as far as it is missing for sure: ink that is laid cannot be taken back.
+    # Ink that is laid cannot be taken back: more of it at first only as far as it is likely to be
+    # missing. What another capture says again is asked for.
     missing = wanted - now.volume
-    sure = missing - np.clip(missing, 0.0, delivery.gain_sigma)
+    doubt = 0.0 if now.correcting else DOUBT_SIGMAS * delivery.gain_sigma
+    sure = missing - np.clip(missing, 0.0, doubt)
     if not sure.any():
         return Correction(1.0, 1.0, confidence, Reason.ON_TARGET)
     # Both stay in proportion to what the print was set up with, however often advice is followed.
