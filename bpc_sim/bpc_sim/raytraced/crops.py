@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_sim.raytraced.spec import RaytracedScene
-from bpc_sim.scene.camera import rays
+from bpc_sim.scene.camera import pixel_rays
+from bpc_sim.stress.stress_scene import STAMP_NS
 
 FOLDER = Path(__file__).with_name('crops')
 DEPTH_STEP_M = 5e-6  # a ninth of the noise of a point
@@ -45,9 +46,8 @@ def load(scene: RaytracedScene, folder: Path = FOLDER) -> Capture:
         level = _picture(kept['depth']).astype(float)
     depth = np.where(level > 0, NEAREST_M + (level - 1) * DEPTH_STEP_M, np.nan)
     camera = scene.view.camera
-    uv = np.stack(np.meshgrid(np.arange(camera.width), np.arange(camera.height)), axis=-1)
-    cloud = (rays(camera, uv.astype(float)) * depth[..., None]).astype(np.float32)
-    return Capture(scene.stamp_ns, FRAME, image, cloud, camera)
+    cloud = (pixel_rays(camera) * depth[..., None]).astype(np.float32)
+    return Capture(STAMP_NS, FRAME, image, cloud, camera)
 
 
 def _png(picture: NDArray[Any]) -> NDArray[np.uint8]:

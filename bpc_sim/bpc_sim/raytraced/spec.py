@@ -18,7 +18,7 @@ from bpc_sim.raytraced.looks import Bed, Ink, Lamp
 from bpc_sim.raytraced.section import Section
 from bpc_sim.scene.camera import look_at, View
 from bpc_sim.stress.planar_print import even_samples, random_width, seeded
-from bpc_sim.stress.stress_scene import STAMP_NS, StressScene
+from bpc_sim.stress.stress_scene import StressScene
 from bpc_sim.stress.truth import Categories, classify_samples, Truth
 
 SIZE_PX = (240, 180)  # of a picture
@@ -147,8 +147,3 @@ class RaytracedScene:
         width = self.deposit.profile(s)
         expected[(beyond > 0) & (beyond <= width / 2 + self.pixel)] = Truth.EDGE
         return expected
-
-    @property
-    def stamp_ns(self) -> int:
-        """Stamp of the capture [ns]."""
-        return STAMP_NS

@@ -21,7 +21,7 @@ from bpc_sim.raytraced import beds
 from bpc_sim.raytraced.bead_mesh import bead_meshes, Mesh
 from bpc_sim.raytraced.looks import Bed, Lamp
 from bpc_sim.raytraced.spec import DISTANCE_M, RaytracedScene
-from bpc_sim.scene.camera import rays
+from bpc_sim.scene.camera import pixel_rays
 
 PASSES, KEPT = 6, 4
 SAMPLES = 48  # of a pixel in each pass
@@ -90,8 +90,7 @@ def _surface(mi: Any, made: Any,
              scene: RaytracedScene) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return depth, cosine and whether it is ink, where rays first meet something."""
     view, camera = scene.view, scene.view.camera
-    uv = np.stack(np.meshgrid(np.arange(camera.width), np.arange(camera.height)), axis=-1)
-    directions = rays(camera, uv.astype(float))
+    directions = pixel_rays(camera)
     length = np.linalg.norm(directions, axis=-1)
     ways = directions / length[..., None] @ view.T_base_camera[:3, :3].T
     eye = view.T_base_camera[:3, 3]

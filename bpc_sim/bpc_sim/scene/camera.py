@@ -76,3 +76,13 @@ def rays(camera: PinholeCamera, uv: Array) -> Array:
                          f'found {camera.distortion}')
     xy = (uv - camera.K[:2, 2]) / camera.K[(0, 1), (0, 1)]
     return np.concatenate((xy, np.ones((*xy.shape[:-1], 1))), axis=-1)
+
+
+def pixel_rays(camera: PinholeCamera) -> Array:
+    """Return the directions (H, W, 3) of all pixels in the optical frame, of depth z = 1.
+
+    Raises:
+        ValueError: the camera has distortion.
+    """
+    uv = np.stack(np.meshgrid(np.arange(camera.width), np.arange(camera.height)), axis=-1)
+    return rays(camera, uv.astype(float))

@@ -178,10 +178,8 @@ def reach_of_ink_below(track: Track, index: Index, bed: Plane, sections: Section
     reach = np.full((2, len(index)), -np.inf)
     place, height = bed.coordinates(track.points), bed.height(track.points)
     lateral = bed.coordinates(sections.lateral)
-    half = (laid.sides.left_distance + laid.sides.right_distance) / 2
-    half = np.where(np.isfinite(half), half, width / 2)
-    shift = (laid.sides.left_distance - laid.sides.right_distance) / 2
-    half = np.where(np.isfinite(shift), half + np.abs(shift), half)
+    farther = np.maximum(laid.sides.left_distance, laid.sides.right_distance)
+    half = np.where(np.isfinite(farther), farther, width / 2)
     for layer in range(int(track.layer[index[0]])):
         lower = np.flatnonzero(track.layer == layer)
         if not len(lower):
