@@ -69,7 +69,7 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
     unsure = 2 * below.width
     away = away_from_above(bed.coordinates(path.points), places.layer, unsure)
     covered = away < below.width
-    contrast = memory.last.results.contrast if memory.last is not None else None
+    known = memory.last.results.known if memory.last is not None else None
     newest = track.layer == track.layer[-1:].max(initial=0)
     wanted = ~(away[shown] < unsure) & (kept.looks[shown] < np.where(newest, MOST_LOOKS, 1))
     # What is around tells how light and ink change, and is not kept.
@@ -77,9 +77,10 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
     for layer in np.unique(track.layer[wanted]).tolist():
         index = np.flatnonzero(asked & (track.layer == layer) & ~covered[shown])
         if layer == 0:
-            found = measure_cross_sections(view, track, bed, config, index, contrast).samples
+            found = measure_cross_sections(view, track, bed, config, index, known).samples
         else:
-            found = measure_on_ink(view, track, bed, config, index, below, contrast,
+            found = measure_on_ink(view, track, bed, config, index, below,
+                                   known.contrast if known is not None else None,
                                    kept.samples.of(shown))
         chosen = np.flatnonzero(wanted[index])
         kept = kept.with_better(shown[index[chosen]], found.of(chosen))

@@ -127,7 +127,7 @@ class _Remembered:
         return (self.track.print_id == track.print_id and self.config == config
                 and self.intrinsics == sight.intrinsics
                 and self.tiles.depth.shape == sight.tiles.depth.shape
-                and self.results.contrast is not None
+                and self.results.known is not None
                 and len(track) <= LONGEST_GROWTH * self.length
                 and _camera_stood(sight, self.T_base_camera))
 
@@ -191,9 +191,9 @@ def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessC
 def look_across_travel(view: View, track: Track, index: Index, bed: Plane,
                        config: ThicknessConfig, memory: PrintMemory) -> StatusArray:
     """Return what is seen at travel points of a track (K,), once ink is known by its strokes."""
-    if memory.last is None or memory.last.results.contrast is None:
+    if memory.last is None or memory.last.results.known is None:
         return np.full(len(index), Status.NO_DATA, np.uint8)
-    return look_for_ink(view, track, bed, config, index, memory.last.results.contrast)
+    return look_for_ink(view, track, bed, config, index, memory.last.results.known.contrast)
 
 
 def measure_incrementally(view: View, track: Track, bed: Plane, config: ThicknessConfig,
@@ -244,7 +244,7 @@ def _measure_new(last: _Remembered, plan: _Plan, sight: _Sight, track: Track, be
     samples = last.results.samples.of(plan.old)
     if plan.asked.any():
         part = measure_cross_sections(sight.view, track, bed, config,
-                                      np.flatnonzero(plan.asked), last.results.contrast)
+                                      np.flatnonzero(plan.asked), last.results.known)
         chosen = np.flatnonzero(plan.anew[plan.asked])
         samples = samples.with_part(np.flatnonzero(plan.anew), part.samples.of(chosen))
     return replace(last, track=track,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.arrays import Array, Flags, Floats, Index
 from bpc_perception.core.config import CrossSectionConfig, ThicknessConfig
 from bpc_perception.core.filters import thinned
 from bpc_perception.core.geometry import Plane
@@ -23,6 +23,11 @@ from bpc_perception.core.measurement.cross_section.appearance.appearance import 
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.appearance.ink import ink_share
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges, find_edges
+from bpc_perception.core.measurement.cross_section.edges.feet import (
+    Feet,
+    find_feet,
+    lean_to_left,
+)
 from bpc_perception.core.measurement.cross_section.judgement import (
     ends_within_pixel,
     judge,
@@ -42,16 +47,29 @@ LIGHT_WIDTH_PX = 10.0  # of the bead for which ``light_sigma`` is given
 
 
 @dataclass(frozen=True)
+class Known:
+    """What all of a print tells, and a part of it needs.
+
+    Attributes:
+        contrast: of ink and bed.
+        feet: how far beads go on beyond their edges in the picture.
+    """
+
+    contrast: Contrast
+    feet: Feet
+
+
+@dataclass(frozen=True)
 class CrossSections:
     """What is known of N path points, and of the print as a whole.
 
     Attributes:
         samples: of the path points.
-        contrast: of ink and bed in all of the print; None = nothing is told apart.
+        known: of all of the print; None = ink and bed are not told apart.
     """
 
     samples: Samples
-    contrast: Contrast | None
+    known: Known | None
 
 
 @dataclass(frozen=True)
@@ -62,17 +80,19 @@ class Picture:
         left, right: the edges.
         status: (N,) values of Status.
         contrast: of ink and bed; None = nothing is told apart.
+        ink: (N, M) share of ink in each sample.
     """
 
     left: Edges
     right: Edges
     status: StatusArray
     contrast: Contrast | None
+    ink: Floats
 
 
 def measure_cross_sections(view: View, track: Track, bed: Plane, config: ThicknessConfig,
                            index: Index | None = None,
-                           known: Contrast | None = None) -> CrossSections:
+                           known: Known | None = None) -> CrossSections:
     """Measure a track, or some points of it.
 
     Args:
@@ -81,18 +101,24 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
         bed: plane of the bed.
         config: how to measure.
         index: (N,) of the points to measure; None = all. The ends of a part are not known well.
-        known: the contrast of the whole print, which a part needs.
+        known: what the whole print tells, which a part needs.
     """
     index = np.arange(len(track)) if index is None else index
     sections = lay_sections(view, track, index, bed, config)
-    picture = read_picture(view, sections, track.extruding[index], bed, config, known)
-    left, right = picture.left, picture.right
-    sigma = width_sigma(left, right, sections.pixel, config.cross_section)
-    sides = points_beside(sections, left.distance, right.distance)
+    picture = read_picture(view, sections, track.extruding[index], bed, config,
+                           known.contrast if known is not None else None)
+    left, right, lean = picture.left, picture.right, lean_to_left(view, sections, bed.normal)
+    feet = known.feet if known is not None else find_feet(
+        sections, picture.ink, left, right, lean, picture.status == Status.MEASURED)
+    (left_shift, left_sigma), (right_shift, right_sigma) = feet.outward(lean), feet.outward(-lean)
+    sigma = np.hypot(width_sigma(left, right, sections.pixel, config.cross_section),
+                     (left_sigma + right_sigma) * sections.pixel)
+    sides = points_beside(sections, left.distance + left_shift * sections.pixel,
+                          right.distance + right_shift * sections.pixel)
     return CrossSections(
         Samples(sides, picture.status, sigma, sizes_on_bed(sections, sides, sigma, bed),
                 np.full(len(index), view.number)),
-        picture.contrast)
+        Known(picture.contrast, feet) if picture.contrast is not None else None)
 
 
 def read_picture(view: View, sections: Sections, extruding: Flags, bed: Plane,
@@ -113,7 +139,7 @@ def read_picture(view: View, sections: Sections, extruding: Flags, bed: Plane,
     status = judge(sections, ink, left, right,
                    noisy=appearance.noise > config.cross_section.maximum_noise,
                    ending=ends_within_pixel(view, sections, appearance, bed.normal))
-    return Picture(left, right, status, appearance.contrast)
+    return Picture(left, right, status, appearance.contrast, ink)
 
 
 def look_for_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,

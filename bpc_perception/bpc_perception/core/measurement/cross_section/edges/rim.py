@@ -93,7 +93,7 @@ def inner_trust(edge: float, in_row: Array) -> Array:
 
 def _pooled(share: Floats, edge: Array, rows: int, piece: Index) -> Array:
     """Return the mean share (N, 2 REACH + 1) around edges (N,), over a stretch of path."""
-    values = _read(share, edge[:, None] + np.arange(-REACH, REACH + 1))
+    values = between_samples(share, edge[:, None] + np.arange(-REACH, REACH + 1))
     values[np.isnan(edge)] = np.nan
     return running_mean(values, rows, piece)
 
@@ -129,7 +129,7 @@ def _bend(pooled: Array, place: Array, greatest: Array, variance: Array) -> Arra
     """
     height = greatest * np.sqrt(2 * np.pi * variance)
     expected = height * (ndtr(INWARD / np.sqrt(variance)) - 0.5)
-    gained = expected - (_read(pooled, place - INWARD) - _read(pooled, place))
+    gained = expected - (between_samples(pooled, place - INWARD) - between_samples(pooled, place))
     return np.clip(gained / INWARD * variance / height, -MOST_BEND, MOST_BEND)
 
 
@@ -160,7 +160,7 @@ def _gaussian(values: Array, inner: Array) -> tuple[Array, Array]:
     return np.clip(slope * variance, -1.0, 1.0), variance
 
 
-def _read(values: NDArray[np.floating[Any]], place: Array) -> Array:
+def between_samples(values: NDArray[np.floating[Any]], place: Array) -> Array:
     """Return values (N, K) at places (N,) or (N, J) between samples; beyond the ends, the ends."""
     inner = np.clip(np.nan_to_num(place), 0, values.shape[1] - 1.001)
     base = inner.astype(np.intp)

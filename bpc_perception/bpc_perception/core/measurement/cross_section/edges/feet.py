@@ -1,0 +1,159 @@
+"""Where beads meet the bed: picture and cloud weighed by what each knows of it.
+
+Light fades toward the rim of a bright bead; a dark one throws shade; one seen from the side hides
+its foot, or shows more than that. So the edges in a picture lie beside the feet, all along a
+print by about as much. The cloud tells heights whatever the light. Points of the whole print,
+folded into one section, show where height begins to a tenth of a pixel, though a single point is
+noisier than that. Where light goes into the ink, the cloud knows nothing of its feet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from bpc_perception.core.arrays import Array, Flags, Floats
+from bpc_perception.core.measurement.cross_section.edges.edges import Edges
+from bpc_perception.core.measurement.cross_section.edges.folded_section import (
+    fit_feet,
+    REACH,
+)
+from bpc_perception.core.measurement.cross_section.edges.rim import between_samples
+from bpc_perception.core.measurement.cross_section.sections.sections import (
+    SAMPLE_STEP_PX,
+    Sections,
+)
+from bpc_perception.core.measurement.view import View
+
+LEAN_STEP = 0.2  # of the tangent of the view across the path, within which it is about the same
+MOST_LEANS = 11  # beyond an angle of 63 degrees nothing is told apart
+# What an edge of the picture is not sure of: at best; per share of light by which it is more unlike
+# a blurred step than is usual; and where a bead is seen from the side.
+EDGE_SIGMA_PX, UNLIKE_SIGMA_PX, LEAN_SIGMA_PX = 0.03, 3.0, 0.2
+USUALLY_UNLIKE = 0.0
+# From an edge: where its blur is read, what there is beside, and the level of the ink.
+NEAR_PX, FAR_PX, INNER_PX = 1.0, 1.75, 3.0
+PART_OF_HALF, CORE = 0.6, 0.85  # of half a width: the first two, and the last, lie no farther in
+LIKELY_FLANK = (0.01, 0.4)  # share of ink at NEAR_PX outside
+CLOUD_SIGMA_PX = 0.08  # what the cloud is not sure of at best
+CONTRADICTION = 4.0  # sigmas from which one of the two is wrong, and neither counts
+
+
+@dataclass(frozen=True)
+class Feet:
+    """How far feet lie outward of the picture's edges, for B directions of view across the path.
+
+    Attributes:
+        far, near: (B,) on the side away from the camera, and toward it [pixels].
+        far_sigma, near_sigma: (B,) their 1-sigma uncertainties [pixels].
+    """
+
+    far: Array
+    near: Array
+    far_sigma: Array
+    near_sigma: Array
+
+    def outward(self, lean: Array) -> tuple[Array, Array]:
+        """Return the shifts of edges and their sigmas (N,) on one side [pixels].
+
+        ``lean`` (N,) is how far the top of a bead seems shifted to that side, per height.
+        """
+        row, away = _direction(lean), lean >= 0
+        return (np.where(away, self.far[row], self.near[row]),
+                np.where(away, self.far_sigma[row], self.near_sigma[row]))
+
+
+def lean_to_left(view: View, sections: Sections, normal: Array) -> Array:
+    """Return how far to the left (N,) the top of a bead seems shifted, per height."""
+    to_camera = view.viewpoint - sections.foot
+    lean: Array = -np.einsum('nk,nk->n', to_camera, sections.lateral) / (to_camera @ normal)
+    return lean
+
+
+def find_feet(sections: Sections, ink: Floats, left: Edges, right: Edges, lean: Array,
+              whole: Flags) -> Feet:
+    """Find how far the feet of a print's beads lie outward of the edges of the picture.
+
+    Args:
+        sections: N sections on the bed.
+        ink: (N, M) share of ink in each sample.
+        left: edges on the left.
+        right: edges on the right.
+        lean: (N,) see ``lean_to_left``.
+        whole: (N,) where a bead lies alone between its edges.
+    """
+    half, middle = (left.distance + right.distance) / 2, (left.distance - right.distance) / 2
+    known = whole & np.isfinite(half)
+    direction, away = _direction(lean), np.where(lean >= 0, 1.0, -1.0)
+    # Along the rays of the camera noise does not move a point.
+    seen_at = sections.place + sections.height * lean[:, None].astype(np.float32)
+    with np.errstate(invalid='ignore'):
+        u = (seen_at - middle[:, None]) * (away / half)[:, None]
+        height = sections.height / half[:, None]
+        counts = (known[:, None] & (np.abs(u) < REACH) & np.isfinite(height)
+                  & ~sections.foreign & ~sections.hidden)
+    step = SAMPLE_STEP_PX * sections.pixel
+    outward = ink[:, sections.on_path:], ink[:, sections.on_path::-1]
+    feet = np.zeros((2, MOST_LEANS)), np.zeros((2, MOST_LEANS))
+    for one in range(MOST_LEANS):
+        same = known & (direction == one)
+        if not same.any():
+            continue
+        rows, lean_of_these = counts & same[:, None], float(np.abs(lean[same]).mean())
+        pixels = float(np.median(half[same])) / sections.pixel
+        cloud = fit_feet(u[rows], height[rows], lean_of_these)
+        for side, toward in enumerate((away > 0, away < 0)):
+            to_left, to_right = same & toward, same & ~toward
+            unlike = unlike_step(
+                np.concatenate((outward[0][to_left], outward[1][to_right])),
+                np.concatenate((left.distance[to_left], right.distance[to_right])) / step,
+                np.concatenate((half[to_left], half[to_right])) / step)
+            picture = np.hypot(
+                EDGE_SIGMA_PX + UNLIKE_SIGMA_PX * max(unlike - USUALLY_UNLIKE, 0.0),
+                LEAN_SIGMA_PX * lean_of_these**2)
+            shift, sigma = (part[side] * pixels for part in cloud)
+            feet[0][side, one], feet[1][side, one] = weigh(
+                float(picture), shift, float(np.hypot(sigma, CLOUD_SIGMA_PX)))
+    return Feet(*feet[0], *feet[1])
+
+
+def unlike_step(share: Floats, edge: Array, half: Array) -> float:
+    """Return by how much the picture of edges differs from that of a blurred step.
+
+    A lens shows as much ink outside of a step as it shows bed inside. Light that is lost toward the
+    rim, and shade beside it, do not come in pairs; nor do they end as soon.
+
+    Args:
+        share: (K, M) of ink in samples across the path, in order of distance from it.
+        edge: (K,) where the edge is [samples].
+        half: (K,) half the width of the bead [samples].
+    """
+    near, far, inner = (np.minimum(distance / SAMPLE_STEP_PX, part * half) for distance, part in (
+        (NEAR_PX, PART_OF_HALF), (FAR_PX, PART_OF_HALF), (INNER_PX, CORE)))
+    shown = np.stack([between_samples(share, place) for place in (
+        edge - inner, edge - far, edge + near, edge + far)])
+    level, inside, flank, outside = np.nanmedian(shown, axis=1)
+    blur = np.median(near) / -float(ndtri(np.clip(flank / level, *LIKELY_FLANK)))
+    expected = float(ndtr(-np.median(far) / blur))
+    return abs(1 - inside / level - expected) + abs(outside / level - expected)
+
+
+def weigh(picture_sigma: float, shift: float, cloud_sigma: float) -> tuple[float, float]:
+    """Return shift and sigma of an edge, of what the picture and the cloud know of it [pixels].
+
+    Args:
+        picture_sigma: of the edge in the picture, where the shift is 0.
+        shift: what the cloud says; NaN = nothing.
+        cloud_sigma: of that.
+    """
+    if not abs(shift) <= CONTRADICTION * np.hypot(picture_sigma, cloud_sigma):
+        return 0.0, picture_sigma
+    share = picture_sigma**2 / (picture_sigma**2 + cloud_sigma**2)
+    return share * shift, float(np.sqrt(share)) * cloud_sigma
+
+
+def _direction(lean: Array) -> Array:
+    """Return the number (N,) of the direction from which a path is seen."""
+    return np.minimum(np.rint(np.abs(lean) / LEAN_STEP), MOST_LEANS - 1).astype(np.intp)

@@ -1,0 +1,114 @@
+"""The feet of a bead in the cloud, from the points of a whole print folded into one section.
+
+A section is h = H (1 - |u|^a)^b between its feet, u = -1 .. 1: an ellipse with a = 2 and b = 1/2,
+a parabola with b = 1, and about what surface tension makes of ink in between. Around it lies the
+bed, which may bend. All lengths are in half widths of the bead in the picture.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.core.filters import runs
+
+REACH, BARE = 1.7, 1.25  # how far points count, and from where on all is bed
+CENTRAL, RIM = 0.3, (0.85, 1.0)  # of a bead's ridge, and of its rim
+BIN = 0.04  # points so close together are taken as one
+LEAST_POINTS, LEAST_IN_BIN = 250, 5
+ROUNDS = 12
+NODES = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 41))  # u, close together at the feet
+# What is fitted: the feet on the far and on the near side, H, a, b, how deep light goes, level and
+# bend of the bed. So it is among beads, within so much; and so far a round may go.
+USUAL = np.array((1.0, 1.0, 0.0, 2.1, 0.9, 0.0, 0.0, 0.0))
+USUAL_SIGMA = np.array((0.15, 0.15, 9.0, 0.5, 0.3, 0.01, 0.02, 0.02))
+LEAST = np.array((0.6, 0.6, 0.03, 1.3, 0.15, -0.02, -0.1, -0.1))
+MOST = np.array((1.5, 1.5, 3.0, 5.0, 1.2, 1.0, 0.1, 0.1))
+STRIDE = np.array((0.1, 0.1, 0.2, 0.5, 0.1, 0.1, 0.05, 0.05))
+DIFFERENCE = np.array((0.03, 0.03, 0.01, 0.05, 0.02, 0.01))  # the last two need none
+TOP, DEPTH, BED = 2, 5, 6  # places of H, of how deep light goes, and of the first of the bed
+SHAPE_SIGMA = 0.02  # by which heights differ from the section
+MEDIAN_GAIN = 1.25  # of noise in a median, against that in a mean
+ALIKE = 5.0  # neighbouring points of a cloud err alike: so many tell no more than one
+LEAST_HEIGHT = 3.0  # in sigmas of a point: of what is flatter no foot is seen
+# Light goes into ink whose rim lies so far below the bed; of how deep, nothing is known before.
+SUNKEN_SIGMAS, ANY_DEPTH = 1.0, 0.5
+OUTER = 0.9  # from here to the foot a flank tells where the foot is
+
+
+def fit_feet(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
+    """Return how far feet lie outward of u = 1 on the far and the near side, and sigmas (2,).
+
+    Args:
+        u: (K,) places of points across beads, along the rays of the camera; positive away from it.
+        height: (K,) of the points above the bed.
+        lean: how far a height seems shifted away from the camera, per height.
+
+    Returns:
+        NaN where the cloud tells nothing: there are few points, the bead is flat, or light goes
+        into the ink.
+    """
+    nothing = np.full(2, np.nan), np.full(2, np.nan)
+    bare, central = np.abs(u) > BARE, np.abs(u) < CENTRAL
+    rim = (np.abs(u) > RIM[0]) & (np.abs(u) < RIM[1])
+    if min(len(u) / 10, bare.sum(), central.sum(), rim.sum()) < LEAST_POINTS / 10:
+        return nothing
+    bed, top = float(np.median(height[bare])), float(np.median(height[central]))
+    noise = float(np.hypot(1.4826 * np.median(np.abs(height[bare] - bed)), SHAPE_SIGMA))
+    if top < LEAST_HEIGHT * noise:
+        return nothing
+    start, known = USUAL.copy(), USUAL_SIGMA.copy()
+    start[TOP] = top
+    if np.median(height[rim]) < -SUNKEN_SIGMAS * noise:
+        known[DEPTH] = ANY_DEPTH
+    fitted, covariance = _fit(*_in_bins(u, height, noise), lean, start, known)
+    slope = section_height(np.array((OUTER,)), 0.0, np.array((1.0, 1.0, *fitted[TOP:DEPTH], 0.0)))[0] / (
+        1 - OUTER)
+    sigma = np.sqrt(np.diagonal(covariance)[:2] + (SHAPE_SIGMA / slope)**2)
+    return fitted[:2] - 1, sigma
+
+
+def section_height(u: Array, lean: float, fitted: Array) -> Array:
+    """Return the height (K,) of a bead seen at places (K,); see ``fit_feet``.
+
+    ``fitted`` are far foot, near foot, H, a, b, and how deep light goes.
+    """
+    far, near, top, a, b, depth = fitted
+    z = top * np.maximum(1 - np.abs(NODES)**a, 0.0)**b - depth
+    seen_at = (far - near) / 2 + (far + near) / 2 * NODES + z * lean
+    # What lies behind a ridge is hidden by it.
+    return np.asarray(np.interp(u, np.maximum.accumulate(seen_at), z, left=0.0, right=0.0))
+
+
+def _in_bins(u: Array, height: Array, noise: float) -> tuple[Array, Array, Array]:
+    """Return mean place, median height, and its 1-sigma uncertainty (B,), of points in bins."""
+    place = np.floor(u / BIN).astype(np.intp)
+    order = np.lexsort((height, place))
+    first, end = runs(place[order])
+    begins = np.unique(first)
+    count = end[begins] - begins
+    begins, count = begins[count >= LEAST_IN_BIN], count[count >= LEAST_IN_BIN]
+    total = np.append(0.0, np.cumsum(u[order]))
+    middle = (height[order[begins + (count - 1) // 2]] + height[order[begins + count // 2]]) / 2
+    return ((total[begins + count] - total[begins]) / count, middle,
+            np.hypot(MEDIAN_GAIN * noise * np.sqrt(ALIKE / count), SHAPE_SIGMA))
+
+
+def _fit(u: Array, height: Array, sigma: Array, lean: float, start: Array,
+         known: Array) -> tuple[Array, Array]:
+    """Fit a section by the method of Gauss and Newton; return it and its covariance.
+
+    ``known`` are 1-sigma uncertainties of ``start``, beforehand.
+    """
+    fitted, bed = start, np.stack((np.ones_like(u), u**2))
+    for _ in range(ROUNDS):
+        bead = section_height(u, lean, fitted[:BED])
+        off = (height - bead - fitted[BED:] @ bed) / sigma
+        change = np.concatenate((
+            [(section_height(u, lean, fitted[:BED] + one) - bead) / one.sum()
+             for one in np.diag(DIFFERENCE)], bed)) / sigma
+        normal = change @ change.T + np.diag(1 / known**2)
+        towards = change @ off + (start - fitted) / known**2
+        step = np.clip(np.linalg.solve(normal, towards), -STRIDE, STRIDE)
+        fitted = np.clip(fitted + step, LEAST, MOST)
+    return fitted, np.linalg.inv(normal)
