@@ -29,10 +29,9 @@ from bpc_perception.core.measurement.view import View
 
 LEAN_STEP = 0.2  # of the tangent of the view across the path, within which it is about the same
 MOST_LEANS = 11  # beyond an angle of 63 degrees nothing is told apart
-# What an edge of the picture is not sure of: at best; per share of light by which it is more unlike
-# a blurred step than is usual; and where a bead is seen from the side.
+# What an edge of the picture is not sure of: at best; per share of light by which it is unlike a
+# blurred step; and where a bead is seen from the side. Found with ray-traced pictures.
 EDGE_SIGMA_PX, UNLIKE_SIGMA_PX, LEAN_SIGMA_PX = 0.03, 3.0, 0.2
-USUALLY_UNLIKE = 0.0
 # From an edge: where its blur is read, what there is beside, and the level of the ink.
 NEAR_PX, FAR_PX, INNER_PX = 1.0, 1.75, 3.0
 PART_OF_HALF, CORE = 0.6, 0.85  # of half a width: the first two, and the last, lie no farther in
@@ -111,7 +110,7 @@ def find_feet(sections: Sections, ink: Floats, left: Edges, right: Edges, lean: 
                 np.concatenate((left.distance[to_left], right.distance[to_right])) / step,
                 np.concatenate((half[to_left], half[to_right])) / step)
             picture = np.hypot(
-                EDGE_SIGMA_PX + UNLIKE_SIGMA_PX * max(unlike - USUALLY_UNLIKE, 0.0),
+                EDGE_SIGMA_PX + UNLIKE_SIGMA_PX * unlike,
                 LEAN_SIGMA_PX * lean_of_these**2)
             shift, sigma = (part[side] * pixels for part in cloud)
             feet[0][side, one], feet[1][side, one] = weigh(
@@ -122,8 +121,8 @@ def find_feet(sections: Sections, ink: Floats, left: Edges, right: Edges, lean: 
 def unlike_step(share: Floats, edge: Array, half: Array) -> float:
     """Return by how much the picture of edges differs from that of a blurred step.
 
-    A lens shows as much ink outside of a step as it shows bed inside. Light that is lost toward the
-    rim, and shade beside it, do not come in pairs; nor do they end as soon.
+    A lens shows as much ink outside of a step as it shows bed inside. Light that is lost toward
+    the rim, and shade beside it, do not come in pairs; nor do they end as soon.
 
     Args:
         share: (K, M) of ink in samples across the path, in order of distance from it.

@@ -7,6 +7,9 @@ bed, which may bend. All lengths are in half widths of the bead in the picture.
 
 from __future__ import annotations
 
+from itertools import product
+from typing import NamedTuple
+
 import numpy as np
 
 from bpc_perception.core.arrays import Array
@@ -31,9 +34,20 @@ SHAPE_SIGMA = 0.02  # by which heights differ from the section
 MEDIAN_GAIN = 1.25  # of noise in a median, against that in a mean
 ALIKE = 5.0  # neighbouring points of a cloud err alike: so many tell no more than one
 LEAST_HEIGHT = 3.0  # in sigmas of a point: of what is flatter no foot is seen
-# Light goes into ink whose rim lies so far below the bed; of how deep, nothing is known before.
-SUNKEN_SIGMAS, ANY_DEPTH = 1.0, 0.5
+# Light may go into ink whose rim is lower than this share of its height. How deep is not known
+# beforehand: fits begin from all of these feet and depths, and have to be so much better.
+LOW_RIM, DEPTH_SIGMA, BETTER = 0.12, 0.1, 0.8
+FEET, DEPTHS = (1.0, 1.08), (0.1, 0.2, 0.3)
+LEAST_SOLID = 0.9  # no shade makes a bead look so much wider
 OUTER = 0.9  # from here to the foot a flank tells where the foot is
+
+
+class _Fit(NamedTuple):
+    """What is fitted, with its covariance, and how badly: a sum of squares."""
+
+    values: Array
+    covariance: Array
+    misfit: float
 
 
 def fit_feet(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
@@ -45,8 +59,8 @@ def fit_feet(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
         lean: how far a height seems shifted away from the camera, per height.
 
     Returns:
-        NaN where the cloud tells nothing: there are few points, the bead is flat, or light goes
-        into the ink.
+        NaN where the cloud tells nothing: there are few points, the bead is flat, or it is not
+        known whether light goes into the ink.
     """
     nothing = np.full(2, np.nan), np.full(2, np.nan)
     bare, central = np.abs(u) > BARE, np.abs(u) < CENTRAL
@@ -57,15 +71,19 @@ def fit_feet(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
     noise = float(np.hypot(1.4826 * np.median(np.abs(height[bare] - bed)), SHAPE_SIGMA))
     if top < LEAST_HEIGHT * noise:
         return nothing
-    start, known = USUAL.copy(), USUAL_SIGMA.copy()
-    start[TOP] = top
-    if np.median(height[rim]) < -SUNKEN_SIGMAS * noise:
-        known[DEPTH] = ANY_DEPTH
-    fitted, covariance = _fit(*_in_bins(u, height, noise), lean, start, known)
-    slope = section_height(np.array((OUTER,)), 0.0, np.array((1.0, 1.0, *fitted[TOP:DEPTH], 0.0)))[0] / (
-        1 - OUTER)
-    sigma = np.sqrt(np.diagonal(covariance)[:2] + (SHAPE_SIGMA / slope)**2)
-    return fitted[:2] - 1, sigma
+    points = _in_bins(u, height, noise)
+    best = _fit(points, lean, _start(top), sunken=False)
+    if np.median(height[rim]) < LOW_RIM * top:
+        solid, best = best, min((_fit(points, lean, _start(top, foot, depth), sunken=True)
+                                 for foot, depth in product(FEET, DEPTHS)),
+                                key=lambda fit: fit.misfit)
+        if best.misfit > BETTER * solid.misfit:
+            best = solid
+            if best.values[:TOP].min() < LEAST_SOLID:
+                return nothing
+    flank = section_height(np.array((OUTER,)), 0.0, _symmetric(best.values))
+    sigma = np.sqrt(np.diagonal(best.covariance)[:2] + (SHAPE_SIGMA * (1 - OUTER) / flank)**2)
+    return best.values[:2] - 1, sigma
 
 
 def section_height(u: Array, lean: float, fitted: Array) -> Array:
@@ -94,13 +112,25 @@ def _in_bins(u: Array, height: Array, noise: float) -> tuple[Array, Array, Array
             np.hypot(MEDIAN_GAIN * noise * np.sqrt(ALIKE / count), SHAPE_SIGMA))
 
 
-def _fit(u: Array, height: Array, sigma: Array, lean: float, start: Array,
-         known: Array) -> tuple[Array, Array]:
-    """Fit a section by the method of Gauss and Newton; return it and its covariance.
+def _start(top: float, foot: float = 1.0, depth: float = 0.0) -> Array:
+    """Return what a fit begins from, given how high a bead seems to be."""
+    start = USUAL.copy()
+    start[:TOP], start[TOP], start[DEPTH] = foot, top + depth, depth
+    return start
 
-    ``known`` are 1-sigma uncertainties of ``start``, beforehand.
-    """
+
+def _symmetric(fitted: Array) -> Array:
+    """Return a section with its feet at -1 and 1, and its cloud at its surface."""
+    return np.concatenate(((1.0, 1.0), fitted[TOP:DEPTH], (0.0,)))
+
+
+def _fit(points: tuple[Array, Array, Array], lean: float, start: Array, sunken: bool) -> _Fit:
+    """Fit a section to places, heights and sigmas (B,), by the method of Gauss and Newton."""
+    u, height, sigma = points
+    known = USUAL_SIGMA.copy()
+    known[DEPTH] = DEPTH_SIGMA if sunken else known[DEPTH]
     fitted, bed = start, np.stack((np.ones_like(u), u**2))
+    usual = np.concatenate((USUAL[:TOP], start[TOP:]))
     for _ in range(ROUNDS):
         bead = section_height(u, lean, fitted[:BED])
         off = (height - bead - fitted[BED:] @ bed) / sigma
@@ -108,7 +138,7 @@ def _fit(u: Array, height: Array, sigma: Array, lean: float, start: Array,
             [(section_height(u, lean, fitted[:BED] + one) - bead) / one.sum()
              for one in np.diag(DIFFERENCE)], bed)) / sigma
         normal = change @ change.T + np.diag(1 / known**2)
-        towards = change @ off + (start - fitted) / known**2
+        towards = change @ off + (usual - fitted) / known**2
         step = np.clip(np.linalg.solve(normal, towards), -STRIDE, STRIDE)
         fitted = np.clip(fitted + step, LEAST, MOST)
-    return fitted, np.linalg.inv(normal)
+    return _Fit(fitted, np.linalg.inv(normal), float(off @ off))

@@ -1,0 +1,77 @@
+"""Feet in a cloud: points of sections that are known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+import pytest
+
+from bpc_perception.core.measurement.cross_section.edges.folded_section import (
+    fit_feet,
+    section_height,
+)
+
+Array = NDArray[np.float64]
+NOISE = 0.06  # of a point, in half widths
+
+
+def seen(shift: float, top: float, exponent: float, lean: float = 0.0, depth: float = 0.0,
+         count: int = 6000) -> tuple[Array, Array]:
+    """Places and heights (K,) of points, in half widths of the picture.
+
+    The feet of a superellipse |u|^n + (z / top)^n = 1 lie ``shift`` outward of the picture's
+    edges. Light goes ``depth`` deep into the ink.
+    """
+    rng = np.random.default_rng(1)
+    true = np.linspace(-1.9, 1.9, count)
+    z = top * np.maximum(1 - np.abs(true)**exponent, 0.0)**(1 / exponent)
+    place = (true + z * lean) * (1 + shift)
+    visible = place >= np.maximum.accumulate(place)
+    height = (z - depth * (np.abs(true) < 1)) * (1 + shift) + rng.normal(0.0, NOISE, count)
+    return place[visible], height[visible]
+
+
+@pytest.mark.parametrize('shift', [-0.06, 0.0, 0.08])
+@pytest.mark.parametrize(('top', 'exponent'), [(0.7, 1.6), (1.0, 2.0), (0.44, 2.2)])
+def test_feet_are_found_beside_the_edges_of_the_picture(
+        shift: float, top: float, exponent: float) -> None:
+    feet, sigma = fit_feet(*seen(shift, top, exponent), 0.0)
+    assert feet == pytest.approx(shift, abs=0.03)
+    assert (np.abs(feet - shift) < 2.5 * sigma).all()
+    assert (sigma < 0.04).all()
+
+
+def test_feet_are_found_behind_the_ridge_that_hides_them() -> None:
+    """Seen at 45 degrees the far foot of a round bead is hidden."""
+    feet, sigma = fit_feet(*seen(0.0, 1.0, 2.0, lean=1.0), 1.0)
+    assert (np.abs(feet) < 2.5 * sigma).all()
+    assert abs(feet[1]) < 0.03
+
+
+@pytest.mark.parametrize('shift', [-0.05, 0.0, 0.05])
+@pytest.mark.parametrize('depth', [0.2, 0.26, 0.35])
+def test_feet_are_found_though_light_goes_into_the_ink_or_nothing_is_told(
+        shift: float, depth: float) -> None:
+    """Ink begins where the cloud steps down into it."""
+    feet, sigma = fit_feet(*seen(shift, 0.7, 1.6, depth=depth), 0.0)
+    assert not (np.abs(feet - shift) > 3 * sigma).any()
+    assert np.isfinite(feet).all() or depth < 0.25
+
+
+def test_of_a_film_of_ink_the_cloud_tells_no_feet() -> None:
+    feet, _ = fit_feet(*seen(0.0, 0.1, 2.0), 0.0)
+    assert np.isnan(feet).all()
+
+
+def test_a_few_points_tell_no_feet() -> None:
+    u, height = seen(0.0, 0.7, 1.6)
+    feet, _ = fit_feet(u[::50], height[::50], 0.0)
+    assert np.isnan(feet).all()
+
+
+def test_a_section_is_as_high_as_it_is_said() -> None:
+    """A parabola of height 0.6 with feet at 1.1 and 0.9."""
+    fitted = np.array((1.1, 0.9, 0.6, 2.0, 1.0, 0.0))
+    u = np.array((-1.0, -0.9, 0.1, 0.6, 1.1, 1.2))
+    true = [0, 0, 0.6, 0.6 * 0.75, 0, 0]
+    assert section_height(u, 0.0, fitted) == pytest.approx(np.array(true), abs=2e-3)
