@@ -55,6 +55,9 @@ class CrossSectionConfig(Config):
     maximum_noise: Annotated[float, Parameter(
         'Noise, as a share of the contrast of ink and bed, above which nothing is known',
         '', 0.01, 1)] = 0.25
+    maximum_sigma: Annotated[float, Parameter(
+        'Uncertainty of a width, as a share of it, above which it is not told', '', 0.01, 10)
+    ] = 0.15
 
 
 @dataclass(frozen=True)

@@ -115,8 +115,10 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
                      (left_sigma + right_sigma) * sections.pixel)
     sides = points_beside(sections, left.distance + left_shift * sections.pixel,
                           right.distance + right_shift * sections.pixel)
+    status = without_unsure(picture.status, sigma, sides.left_distance + sides.right_distance,
+                            config.cross_section)
     return CrossSections(
-        Samples(sides, picture.status, sigma, sizes_on_bed(sections, sides, sigma, bed),
+        Samples(sides, status, sigma, sizes_on_bed(sections, sides, sigma, bed),
                 np.full(len(index), view.number)),
         Known(picture.contrast, feet) if picture.contrast is not None else None)
 
@@ -176,6 +178,13 @@ def points_beside(sections: Sections, left: Array, right: Array) -> SidePoints:
     """Return the side points of N sections at distances (N,) from the path [m]."""
     return SidePoints(sections.foot + left[:, None] * sections.lateral,
                       sections.foot - right[:, None] * sections.lateral, left, right)
+
+
+def without_unsure(status: StatusArray, sigma: Array, width: Array,
+                   config: CrossSectionConfig) -> StatusArray:
+    """Return the status (N,) of samples, of which too unsure widths (N,) are not told."""
+    unsure = (status == Status.MEASURED) & ~(sigma <= config.maximum_sigma * width)
+    return np.where(unsure, Status.LOW_CONFIDENCE, status).astype(np.uint8)
 
 
 def width_sigma(left: Edges, right: Edges, pixel: float, config: CrossSectionConfig) -> Array:

@@ -37,7 +37,7 @@ NEAR_PX, FAR_PX, INNER_PX = 1.0, 1.75, 3.0
 PART_OF_HALF, CORE = 0.6, 0.85  # of half a width: the first two, and the last, lie no farther in
 LIKELY_FLANK = (0.01, 0.4)  # share of ink at NEAR_PX outside
 CLOUD_SIGMA_PX = 0.08  # what the cloud is not sure of at best
-CONTRADICTION = 4.0  # sigmas from which one of the two is wrong, and neither counts
+CONTRADICTION = 4.0  # sigmas from which one of the two is wrong; who knows which
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,10 @@ def weigh(picture_sigma: float, shift: float, cloud_sigma: float) -> tuple[float
         shift: what the cloud says; NaN = nothing.
         cloud_sigma: of that.
     """
-    if not abs(shift) <= CONTRADICTION * np.hypot(picture_sigma, cloud_sigma):
+    if np.isnan(shift):
         return 0.0, picture_sigma
+    if abs(shift) > CONTRADICTION * np.hypot(picture_sigma, cloud_sigma):
+        return 0.0, abs(shift)
     share = picture_sigma**2 / (picture_sigma**2 + cloud_sigma**2)
     return share * shift, float(np.sqrt(share)) * cloud_sigma
 

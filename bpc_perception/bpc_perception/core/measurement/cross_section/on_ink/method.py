@@ -16,6 +16,7 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
+from bpc_perception.core.measurement.cross_section.edges.feet import lean_to_left
 from bpc_perception.core.measurement.cross_section.height import Shapes
 from bpc_perception.core.measurement.cross_section.method import (
     Picture,
@@ -81,7 +82,7 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
     beads = fit_beads(sections, middle, width)
     cross = crosswise(sections, normal, np.arange(len(index)))
-    slope = apparent_slope(view, sections, bed)
+    slope = -lean_to_left(view, sections, bed.normal)
     reach = reach_of_ink_below(track, index, bed, sections, below.width, laid, slope)
     find = partial(find_widths, sections, slope, beneath, cliffs=cliffs, reach=reach, beads=beads,
                    edge_sigma=config.cross_section.edge_sigma * sections.pixel)
@@ -119,13 +120,6 @@ def at_feet(edges: Edges, shapes: Shapes, slope: Array) -> Edges:
     """
     raised = np.nan_to_num(slope * shapes.level)
     return replace(edges, distance=edges.distance + raised)
-
-
-def apparent_slope(view: View, sections: Sections, bed: Plane) -> Array:
-    """Return how far (N,) places seem to be shifted to the left, per height above the foot."""
-    to_camera = view.viewpoint - sections.foot
-    across = np.einsum('nk,nk->n', to_camera, sections.lateral)
-    return np.asarray(across / (to_camera @ bed.normal))
 
 
 def judged(sections: Sections, picture: Picture, widths: Widths, height: Array,

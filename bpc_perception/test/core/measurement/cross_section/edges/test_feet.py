@@ -50,7 +50,7 @@ def test_where_the_cloud_tells_nothing_the_picture_is_as_sure_as_before() -> Non
 
 
 def test_what_contradicts_the_picture_is_not_averaged_with_it() -> None:
-    assert weigh(0.05, -0.6, 0.08) == (0.0, 0.05)
+    assert weigh(0.05, -0.6, 0.08) == (0.0, 0.6)
 
 
 def test_a_side_is_far_or_near_as_the_camera_stands() -> None:
