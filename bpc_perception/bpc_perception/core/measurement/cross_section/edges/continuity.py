@@ -84,7 +84,10 @@ def choose(sections: Sections, near: Located, far: Located, sure: Flags) -> Loca
     expected = sections.steady(np.where(sure, near.distance, np.nan))
     share_sure = sections.steady(sure.astype(float))
     expected = np.where(share_sure > 0.5, expected, sections.steady(far.distance))
-    take_far = ~sure & ~(np.abs(near.distance - expected) <= np.abs(far.distance - expected))
+    off = np.abs(near.distance - expected)
+    # Where glare on the bed hides how it goes on, there may be no farther edge.
+    alone = np.isnan(far.distance) & (off <= SPIKE_PX * sections.pixel)
+    take_far = ~sure & ~alone & ~(off <= np.abs(far.distance - expected))
     chosen = near.or_else(far, take_far)
     doubt = np.where(sure, 0.0, CHOICE_SIGMA_PX * sections.pixel)
     return Located(chosen.distance, np.hypot(chosen.sigma, doubt))

@@ -31,6 +31,7 @@ OBLIQUE_GAIN = 1.25  # the variance differs by so much along a path seen from as
 MOST_BEND = 0.3  # that a change of the ink's level accounts for
 REFLECTED = -1.2  # steepest so far inward, the rim itself shines and is not seen
 FARTHEST = 2.0  # that the steepest place may lie outward
+SHARP = 2.2  # 1-sigma blur up to which these hold
 PLACES_ASKED = 8  # in a stretch of path
 USUAL_SHIFT = 0.2  # larger ones have to be better founded
 
@@ -71,7 +72,8 @@ def steepest_shift(share: Floats, edge: Array, noise: Array, in_row: Array, rows
     # By so much noise moves the top of a parabola through neighbouring slopes.
     pixels = max(rows * spacing, 1.0)
     error = 0.4 * np.median(noise) / np.sqrt(pixels) * variance / greatest
-    plain = (shift >= REFLECTED) & (shift <= FARTHEST)
+    wide = np.maximum(np.sqrt(variance) / SHARP, 1.0)  # out of focus all lies farther apart
+    plain = (shift >= REFLECTED * wide) & (shift <= FARTHEST * wide)
     result[known] = np.where(plain, shift * USUAL_SHIFT**2 / (USUAL_SHIFT**2 + error**2), np.nan)
     near = (np.arange(len(edge)) + step // 2) // step
     return result[np.minimum(near, len(result) - 1)]
