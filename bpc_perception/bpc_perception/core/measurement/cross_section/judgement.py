@@ -29,6 +29,7 @@ from bpc_perception.core.profile import Status, StatusArray
 HALF = 0.5  # share of ink at an edge
 # A share this near to half is the end of a run of ink: it is neither ink nor bed.
 UNSURE = 0.1
+USUAL_WIDTH = 0.15  # share of a width by which it may differ from those around under glare
 TYPICAL_HALF_LENGTH_M = 0.005  # of path over which the width to be expected is taken
 SIXTH = 6.0  # the middle third of a bead reaches a sixth of its width to either side
 # In these sixths: how far to either side a gap must be bare, 0.4 of a width, and from which length
@@ -45,10 +46,12 @@ class Middle:
 
     Attributes:
         inked: (N,) whether there is ink in the middle third.
+        glary: (N,) whether glare hides all of it.
         bare: (N,) whether there is bed in it, and no ink within 0.4 of the width.
     """
 
     inked: Flags
+    glary: Flags
     bare: Flags
 
 
@@ -67,7 +70,9 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, noisy: Fla
     width = left.distance + right.distance
     typical = typical_width(width, sections)
     middle = look_at_middle(sections, ink, typical)
-    inked, gap = middle.inked, middle.bare & ~sections.raised
+    # No spot of glare on the bed is as wide as the bead.
+    usual = np.abs(width - typical) <= USUAL_WIDTH * typical
+    inked, gap = middle.inked | (middle.glary & usual), middle.bare & ~sections.raised
     crossing = (meets_other_pass(sections, typical, inked) | left.joined | right.joined
                 | reaches_other_part(sections, left.distance, right.distance, typical))
     on_path = sections.on_path
@@ -106,7 +111,7 @@ def look_at_middle(sections: Sections, ink: Floats, typical: Array) -> Middle:
     centre = masked_median(share, (offset <= reach) & np.isfinite(share))
     inky = (offset <= GAP_REACH * reach) & (share > HALF + UNSURE)
     ink_length = np.count_nonzero(inky, axis=1) * SAMPLE_STEP_PX * sections.pixel
-    return Middle(inked=centre >= HALF + UNSURE,
+    return Middle(inked=centre >= HALF + UNSURE, glary=np.isnan(centre),
                   bare=(np.abs(centre) <= HALF - UNSURE) & (ink_length < reach[:, 0] * GAP_INK))
 
 
