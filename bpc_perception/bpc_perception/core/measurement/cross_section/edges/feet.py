@@ -32,12 +32,15 @@ MOST_LEANS = 11  # beyond an angle of 63 degrees nothing is told apart
 # What an edge of the picture is not sure of: at best; per share of light by which it is unlike a
 # blurred step; and where a bead is seen from the side. Found with ray-traced pictures.
 EDGE_SIGMA_PX, UNLIKE_SIGMA_PX, LEAN_SIGMA_PX = 0.03, 3.0, 0.2
+MOST_UNLIKE = 0.08  # a picture that is sharpened, or lit from aside, is more so
+USUAL_HALF_PX = 5.0  # half the width of a bead; of narrower ones less is seen apart
 # From an edge: where its blur is read, what there is beside, and the level of the ink.
 NEAR_PX, FAR_PX, INNER_PX = 1.0, 1.75, 3.0
 PART_OF_HALF, CORE = 0.6, 0.85  # of half a width: the first two, and the last, lie no farther in
 LIKELY_FLANK = (0.01, 0.4)  # share of ink at NEAR_PX outside
 CLOUD_SIGMA_PX = 0.08  # what the cloud is not sure of at best
-CONTRADICTION = 4.0  # sigmas from which one of the two is wrong; who knows which
+# From so many sigmas, and from this share of half a width, one of the two is wrong.
+CONTRADICTION, CONTRADICTION_SHARE = 4.0, 0.25
 
 
 @dataclass(frozen=True)
@@ -96,25 +99,28 @@ def find_feet(sections: Sections, ink: Floats, left: Edges, right: Edges, lean: 
     step = SAMPLE_STEP_PX * sections.pixel
     outward = ink[:, sections.on_path:], ink[:, sections.on_path::-1]
     feet = np.zeros((2, MOST_LEANS)), np.zeros((2, MOST_LEANS))
-    for one in range(MOST_LEANS):
+    section = None
+    # From where most is seen the section is known best, and it is the same from everywhere.
+    for one in np.argsort(-np.bincount(direction[known], minlength=MOST_LEANS), kind='stable'):
         same = known & (direction == one)
         if not same.any():
-            continue
+            break
         rows, lean_of_these = counts & same[:, None], float(np.abs(lean[same]).mean())
         pixels = float(np.median(half[same])) / sections.pixel
-        cloud = fit_feet(u[rows], height[rows], lean_of_these)
+        cloud = fit_feet(u[rows], height[rows], lean_of_these, section)
+        section = cloud.section if section is None else section
         for side, toward in enumerate((away > 0, away < 0)):
             to_left, to_right = same & toward, same & ~toward
             unlike = unlike_step(
                 np.concatenate((outward[0][to_left], outward[1][to_right])),
                 np.concatenate((left.distance[to_left], right.distance[to_right])) / step,
                 np.concatenate((half[to_left], half[to_right])) / step)
-            picture = np.hypot(
-                EDGE_SIGMA_PX + UNLIKE_SIGMA_PX * unlike,
-                LEAN_SIGMA_PX * lean_of_these**2)
-            shift, sigma = (part[side] * pixels for part in cloud)
+            narrow = max(USUAL_HALF_PX / pixels, 1.0)**2
+            picture = np.hypot(EDGE_SIGMA_PX * narrow + UNLIKE_SIGMA_PX * unlike,
+                               LEAN_SIGMA_PX * lean_of_these**2)
             feet[0][side, one], feet[1][side, one] = weigh(
-                float(picture), shift, float(np.hypot(sigma, CLOUD_SIGMA_PX)))
+                float(picture), float(cloud.shift[side]) * pixels,
+                float(np.hypot(cloud.sigma[side] * pixels, CLOUD_SIGMA_PX)), pixels)
     return Feet(*feet[0], *feet[1])
 
 
@@ -136,20 +142,24 @@ def unlike_step(share: Floats, edge: Array, half: Array) -> float:
     level, inside, flank, outside = np.nanmedian(shown, axis=1)
     blur = np.median(near) / -float(ndtri(np.clip(flank / level, *LIKELY_FLANK)))
     expected = float(ndtr(-np.median(far) / blur))
-    return abs(1 - inside / level - expected) + abs(outside / level - expected)
+    unlike = abs(1 - inside / level - expected) + abs(outside / level - expected)
+    return min(float(unlike), MOST_UNLIKE)
 
 
-def weigh(picture_sigma: float, shift: float, cloud_sigma: float) -> tuple[float, float]:
+def weigh(picture_sigma: float, shift: float, cloud_sigma: float,
+          half: float) -> tuple[float, float]:
     """Return shift and sigma of an edge, of what the picture and the cloud know of it [pixels].
 
     Args:
         picture_sigma: of the edge in the picture, where the shift is 0.
         shift: what the cloud says; NaN = nothing.
         cloud_sigma: of that.
+        half: half the width of the bead in the picture.
     """
     if np.isnan(shift):
         return 0.0, picture_sigma
-    if abs(shift) > CONTRADICTION * np.hypot(picture_sigma, cloud_sigma):
+    sigmas = np.hypot(picture_sigma, cloud_sigma)
+    if abs(shift) > min(CONTRADICTION * sigmas, CONTRADICTION_SHARE * half):
         return 0.0, abs(shift)
     share = picture_sigma**2 / (picture_sigma**2 + cloud_sigma**2)
     return share * shift, float(np.sqrt(share)) * cloud_sigma

@@ -7,6 +7,7 @@ bed, which may bend. All lengths are in half widths of the bead in the picture.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ NODES = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 41))  # u, close together at t
 # bend of the bed. So it is among beads, within so much; and so far a round may go.
 USUAL = np.array((1.0, 1.0, 0.0, 2.1, 0.9, 0.0, 0.0, 0.0))
 USUAL_SIGMA = np.array((0.15, 0.15, 9.0, 0.5, 0.3, 0.01, 0.02, 0.02))
+LIKE_SIGMA = np.array((0.03, 0.15, 0.06))  # of H, a and b, by which beads of one print differ
 LEAST = np.array((0.6, 0.6, 0.03, 1.3, 0.15, -0.02, -0.1, -0.1))
 MOST = np.array((1.5, 1.5, 3.0, 5.0, 1.2, 1.0, 0.1, 0.1))
 STRIDE = np.array((0.1, 0.1, 0.2, 0.5, 0.1, 0.1, 0.05, 0.05))
@@ -42,6 +44,21 @@ LEAST_SOLID = 0.9  # no shade makes a bead look so much wider
 OUTER = 0.9  # from here to the foot a flank tells where the foot is
 
 
+@dataclass(frozen=True)
+class FoldedFeet:
+    """Feet of beads, found from one side; lengths in half widths of the picture.
+
+    Attributes:
+        shift: (2,) how far they lie outward of u = 1, on the far and the near side.
+        sigma: (2,) their 1-sigma uncertainties.
+        section: (3,) H, a and b; None = nothing is known.
+    """
+
+    shift: Array
+    sigma: Array
+    section: Array | None
+
+
 class _Fit(NamedTuple):
     """What is fitted, with its covariance, and how badly: a sum of squares."""
 
@@ -50,19 +67,20 @@ class _Fit(NamedTuple):
     misfit: float
 
 
-def fit_feet(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
-    """Return how far feet lie outward of u = 1 on the far and the near side, and sigmas (2,).
+def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) -> FoldedFeet:
+    """Find the feet of beads.
 
     Args:
         u: (K,) places of points across beads, along the rays of the camera; positive away from it.
         height: (K,) of the points above the bed.
         lean: how far a height seems shifted away from the camera, per height.
+        like: (3,) the section as it was found from another side; None = not known.
 
     Returns:
         NaN where the cloud tells nothing: there are few points, the bead is flat, or it is not
         known whether light goes into the ink.
     """
-    nothing = np.full(2, np.nan), np.full(2, np.nan)
+    nothing = FoldedFeet(np.full(2, np.nan), np.full(2, np.nan), None)
     bare, central = np.abs(u) > BARE, np.abs(u) < CENTRAL
     rim = (np.abs(u) > RIM[0]) & (np.abs(u) < RIM[1])
     if min(len(u) / 10, bare.sum(), central.sum(), rim.sum()) < LEAST_POINTS / 10:
@@ -72,9 +90,10 @@ def fit_feet(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
     if top < LEAST_HEIGHT * noise:
         return nothing
     points = _in_bins(u, height, noise)
-    best = _fit(points, lean, _start(top), sunken=False)
+    usual, usual_sigma = _usual(top, like)
+    best = _fit(points, lean, usual, usual_sigma)
     if np.median(height[rim]) < LOW_RIM * top:
-        solid, best = best, min((_fit(points, lean, _start(top, foot, depth), sunken=True)
+        solid, best = best, min((_fit(points, lean, *_sunken(usual, usual_sigma, foot, depth))
                                  for foot, depth in product(FEET, DEPTHS)),
                                 key=lambda fit: fit.misfit)
         if best.misfit > BETTER * solid.misfit:
@@ -83,7 +102,7 @@ def fit_feet(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
                 return nothing
     flank = section_height(np.array((OUTER,)), 0.0, _symmetric(best.values))
     sigma = np.sqrt(np.diagonal(best.covariance)[:2] + (SHAPE_SIGMA * (1 - OUTER) / flank)**2)
-    return best.values[:2] - 1, sigma
+    return FoldedFeet(best.values[:2] - 1, sigma, best.values[TOP:DEPTH])
 
 
 def section_height(u: Array, lean: float, fitted: Array) -> Array:
@@ -112,11 +131,22 @@ def _in_bins(u: Array, height: Array, noise: float) -> tuple[Array, Array, Array
             np.hypot(MEDIAN_GAIN * noise * np.sqrt(ALIKE / count), SHAPE_SIGMA))
 
 
-def _start(top: float, foot: float = 1.0, depth: float = 0.0) -> Array:
-    """Return what a fit begins from, given how high a bead seems to be."""
-    start = USUAL.copy()
-    start[:TOP], start[TOP], start[DEPTH] = foot, top + depth, depth
-    return start
+def _usual(top: float, like: Array | None) -> tuple[Array, Array]:
+    """Return what is known beforehand, given how high a bead seems to be, and its sigmas."""
+    usual, sigma = USUAL.copy(), USUAL_SIGMA.copy()
+    usual[TOP] = top
+    if like is not None:
+        usual[TOP:DEPTH], sigma[TOP:DEPTH] = like, LIKE_SIGMA
+    return usual, sigma
+
+
+def _sunken(usual: Array, sigma: Array, foot: float, depth: float) -> tuple[Array, Array, Array]:
+    """Return the same of ink into which light goes so deep, and where to begin a fit of it."""
+    usual, sigma = usual.copy(), sigma.copy()
+    usual[TOP], usual[DEPTH], sigma[DEPTH] = usual[TOP] + depth, depth, DEPTH_SIGMA
+    start = usual.copy()
+    start[:TOP] = foot
+    return usual, sigma, start
 
 
 def _symmetric(fitted: Array) -> Array:
@@ -124,21 +154,19 @@ def _symmetric(fitted: Array) -> Array:
     return np.concatenate(((1.0, 1.0), fitted[TOP:DEPTH], (0.0,)))
 
 
-def _fit(points: tuple[Array, Array, Array], lean: float, start: Array, sunken: bool) -> _Fit:
+def _fit(points: tuple[Array, Array, Array], lean: float, usual: Array, usual_sigma: Array,
+         start: Array | None = None) -> _Fit:
     """Fit a section to places, heights and sigmas (B,), by the method of Gauss and Newton."""
     u, height, sigma = points
-    known = USUAL_SIGMA.copy()
-    known[DEPTH] = DEPTH_SIGMA if sunken else known[DEPTH]
-    fitted, bed = start, np.stack((np.ones_like(u), u**2))
-    usual = np.concatenate((USUAL[:TOP], start[TOP:]))
+    fitted, bed = usual if start is None else start, np.stack((np.ones_like(u), u**2))
     for _ in range(ROUNDS):
         bead = section_height(u, lean, fitted[:BED])
         off = (height - bead - fitted[BED:] @ bed) / sigma
         change = np.concatenate((
             [(section_height(u, lean, fitted[:BED] + one) - bead) / one.sum()
              for one in np.diag(DIFFERENCE)], bed)) / sigma
-        normal = change @ change.T + np.diag(1 / known**2)
-        towards = change @ off + (usual - fitted) / known**2
+        normal = change @ change.T + np.diag(1 / usual_sigma**2)
+        towards = change @ off + (usual - fitted) / usual_sigma**2
         step = np.clip(np.linalg.solve(normal, towards), -STRIDE, STRIDE)
         fitted = np.clip(fitted + step, LEAST, MOST)
     return _Fit(fitted, np.linalg.inv(normal), float(off @ off))

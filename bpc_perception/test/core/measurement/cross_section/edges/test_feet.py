@@ -40,17 +40,18 @@ def test_ink_that_fades_toward_its_rim_is_unlike_a_step() -> None:
 
 
 def test_who_knows_better_counts_more() -> None:
-    shift, sigma = weigh(0.2, 0.3, 0.1)
+    shift, sigma = weigh(0.2, 0.3, 0.1, 5.0)
     assert shift == pytest.approx(0.3 * 0.04 / 0.05)
     assert sigma == pytest.approx(0.2 * 0.1 / np.hypot(0.2, 0.1))
 
 
 def test_where_the_cloud_tells_nothing_the_picture_is_as_sure_as_before() -> None:
-    assert weigh(0.1, np.nan, np.nan) == (0.0, 0.1)
+    assert weigh(0.1, np.nan, np.nan, 5.0) == (0.0, 0.1)
 
 
 def test_what_contradicts_the_picture_is_not_averaged_with_it() -> None:
-    assert weigh(0.05, -0.6, 0.08) == (0.0, 0.6)
+    assert weigh(0.05, -0.6, 0.08, 5.0) == (0.0, 0.6)
+    assert weigh(0.5, 0.6, 0.08, 2.0) == (0.0, 0.6)
 
 
 def test_a_side_is_far_or_near_as_the_camera_stands() -> None:

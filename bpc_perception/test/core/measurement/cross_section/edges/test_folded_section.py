@@ -31,11 +31,17 @@ def seen(shift: float, top: float, exponent: float, lean: float = 0.0, depth: fl
     return place[visible], height[visible]
 
 
+def feet_in(u: Array, height: Array, lean: float) -> tuple[Array, Array]:
+    """Shifts and sigmas (2,) of the feet."""
+    found = fit_feet(u, height, lean)
+    return found.shift, found.sigma
+
+
 @pytest.mark.parametrize('shift', [-0.06, 0.0, 0.08])
 @pytest.mark.parametrize(('top', 'exponent'), [(0.7, 1.6), (1.0, 2.0), (0.44, 2.2)])
 def test_feet_are_found_beside_the_edges_of_the_picture(
         shift: float, top: float, exponent: float) -> None:
-    feet, sigma = fit_feet(*seen(shift, top, exponent), 0.0)
+    feet, sigma = feet_in(*seen(shift, top, exponent), 0.0)
     assert feet == pytest.approx(shift, abs=0.03)
     assert (np.abs(feet - shift) < 2.5 * sigma).all()
     assert (sigma < 0.04).all()
@@ -43,7 +49,7 @@ def test_feet_are_found_beside_the_edges_of_the_picture(
 
 def test_feet_are_found_behind_the_ridge_that_hides_them() -> None:
     """Seen at 45 degrees the far foot of a round bead is hidden."""
-    feet, sigma = fit_feet(*seen(0.0, 1.0, 2.0, lean=1.0), 1.0)
+    feet, sigma = feet_in(*seen(0.0, 1.0, 2.0, lean=1.0), 1.0)
     assert (np.abs(feet) < 2.5 * sigma).all()
     assert abs(feet[1]) < 0.03
 
@@ -53,19 +59,28 @@ def test_feet_are_found_behind_the_ridge_that_hides_them() -> None:
 def test_feet_are_found_though_light_goes_into_the_ink_or_nothing_is_told(
         shift: float, depth: float) -> None:
     """Ink begins where the cloud steps down into it."""
-    feet, sigma = fit_feet(*seen(shift, 0.7, 1.6, depth=depth), 0.0)
+    feet, sigma = feet_in(*seen(shift, 0.7, 1.6, depth=depth), 0.0)
     assert not (np.abs(feet - shift) > 3 * sigma).any()
     assert np.isfinite(feet).all() or depth < 0.25
 
 
+def test_a_section_known_from_another_side_tells_more_of_few_points() -> None:
+    u, height = seen(0.08, 0.7, 1.6)
+    known = fit_feet(u, height, 0.0).section
+    few = slice(None, None, 12)
+    alone, like = (fit_feet(u[few], height[few], 0.0, section) for section in (None, known))
+    assert (like.sigma < alone.sigma).all()
+    assert (np.abs(like.shift - 0.08) < 2.5 * like.sigma).all()
+
+
 def test_of_a_film_of_ink_the_cloud_tells_no_feet() -> None:
-    feet, _ = fit_feet(*seen(0.0, 0.1, 2.0), 0.0)
+    feet, _ = feet_in(*seen(0.0, 0.1, 2.0), 0.0)
     assert np.isnan(feet).all()
 
 
 def test_a_few_points_tell_no_feet() -> None:
     u, height = seen(0.0, 0.7, 1.6)
-    feet, _ = fit_feet(u[::50], height[::50], 0.0)
+    feet, _ = feet_in(u[::50], height[::50], 0.0)
     assert np.isnan(feet).all()
 
 
