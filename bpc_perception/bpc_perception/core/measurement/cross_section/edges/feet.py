@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from bpc_perception.core.arrays import Array, Flags, Floats
+from bpc_perception.core.filters import masked_median
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.edges.folded_section import (
     fit_feet,
@@ -96,32 +97,65 @@ def find_feet(sections: Sections, ink: Floats, left: Edges, right: Edges, lean: 
         height = sections.height / half[:, None]
         counts = (known[:, None] & (np.abs(u) < REACH) & np.isfinite(height)
                   & ~sections.foreign & ~sections.hidden)
-    step = SAMPLE_STEP_PX * sections.pixel
-    outward = ink[:, sections.on_path:], ink[:, sections.on_path::-1]
-    feet = np.zeros((2, MOST_LEANS)), np.zeros((2, MOST_LEANS))
+    beads = _Beads(sections, ink, left, right, half)
+    found, sigma = np.full((2, 2, MOST_LEANS), np.nan)
     section = None
     # From where most is seen the section is known best, and it is the same from everywhere.
     for one in np.argsort(-np.bincount(direction[known], minlength=MOST_LEANS), kind='stable'):
         same = known & (direction == one)
         if not same.any():
             break
-        rows, lean_of_these = counts & same[:, None], float(np.abs(lean[same]).mean())
-        pixels = float(np.median(half[same])) / sections.pixel
+        lean_of_these, pixels = float(np.abs(lean[same]).mean()), beads.half_pixels(same)
+        rows = counts & same[:, None]
         cloud = fit_feet(u[rows], height[rows], lean_of_these, section)
         section = cloud.section if section is None else section
         for side, toward in enumerate((away > 0, away < 0)):
-            to_left, to_right = same & toward, same & ~toward
-            unlike = unlike_step(
-                np.concatenate((outward[0][to_left], outward[1][to_right])),
-                np.concatenate((left.distance[to_left], right.distance[to_right])) / step,
-                np.concatenate((half[to_left], half[to_right])) / step)
-            narrow = max(USUAL_HALF_PX / pixels, 1.0)**2
-            picture = np.hypot(EDGE_SIGMA_PX * narrow + UNLIKE_SIGMA_PX * unlike,
-                               LEAN_SIGMA_PX * lean_of_these**2)
-            feet[0][side, one], feet[1][side, one] = weigh(
-                float(picture), float(cloud.shift[side]) * pixels,
+            found[side, one], sigma[side, one] = weigh(
+                beads.picture_sigma(same & toward, same & ~toward, lean_of_these),
+                float(cloud.shift[side]) * pixels,
                 float(np.hypot(cloud.sigma[side] * pixels, CLOUD_SIGMA_PX)), pixels)
-    return Feet(*feet[0], *feet[1])
+    return Feet(*_from_nearest(found, 0.0), *_from_nearest(sigma, EDGE_SIGMA_PX))
+
+
+@dataclass(frozen=True)
+class _Beads:
+    """Sections, the share of ink in their samples, edges, and half the widths between them."""
+
+    sections: Sections
+    ink: Floats
+    left: Edges
+    right: Edges
+    half: Array
+
+    def half_pixels(self, rows: Flags) -> float:
+        """Return half the usual width of some beads [pixels]."""
+        return float(np.median(self.half[rows])) / self.sections.pixel
+
+    def picture_sigma(self, on_left: Flags, on_right: Flags, lean: float) -> float:
+        """Return the 1-sigma uncertainty of edges in the picture, all along a print [pixels].
+
+        Args:
+            on_left: (N,) which edges on the left.
+            on_right: (N,) which on the right.
+            lean: how far from the side they are seen.
+        """
+        step, middle = SAMPLE_STEP_PX * self.sections.pixel, self.sections.on_path
+        unlike = unlike_step(
+            np.concatenate((self.ink[on_left, middle:], self.ink[on_right, middle::-1])),
+            np.concatenate((self.left.distance[on_left], self.right.distance[on_right])) / step,
+            np.concatenate((self.half[on_left], self.half[on_right])) / step)
+        narrow = max(USUAL_HALF_PX / self.half_pixels(on_left | on_right), 1.0)**2
+        return float(np.hypot(EDGE_SIGMA_PX * narrow + UNLIKE_SIGMA_PX * unlike,
+                              LEAN_SIGMA_PX * lean**2))
+
+
+def _from_nearest(values: Array, otherwise: float) -> Array:
+    """Return values (2, B), in the place of NaN that of the nearest direction which has one."""
+    known = np.flatnonzero(np.isfinite(values[0]))
+    if not len(known):
+        return np.full_like(values, otherwise)
+    nearest = np.abs(np.arange(values.shape[1])[:, None] - known).argmin(axis=1)
+    return np.asarray(values[:, known[nearest]])
 
 
 def unlike_step(share: Floats, edge: Array, half: Array) -> float:
@@ -139,11 +173,13 @@ def unlike_step(share: Floats, edge: Array, half: Array) -> float:
         (NEAR_PX, PART_OF_HALF), (FAR_PX, PART_OF_HALF), (INNER_PX, CORE)))
     shown = np.stack([between_samples(share, place) for place in (
         edge - inner, edge - far, edge + near, edge + far)])
-    level, inside, flank, outside = np.nanmedian(shown, axis=1)
+    level, inside, flank, outside = masked_median(shown, np.isfinite(shown))
+    if not level > 0:
+        return MOST_UNLIKE
     blur = np.median(near) / -float(ndtri(np.clip(flank / level, *LIKELY_FLANK)))
     expected = float(ndtr(-np.median(far) / blur))
     unlike = abs(1 - inside / level - expected) + abs(outside / level - expected)
-    return min(float(unlike), MOST_UNLIKE)
+    return float(np.fmin(unlike, MOST_UNLIKE))
 
 
 def weigh(picture_sigma: float, shift: float, cloud_sigma: float,

@@ -28,7 +28,8 @@ USUAL = np.array((1.0, 1.0, 0.0, 2.1, 0.9, 0.0, 0.0, 0.0))
 USUAL_SIGMA = np.array((0.15, 0.15, 9.0, 0.5, 0.3, 0.01, 0.02, 0.02))
 LIKE_SIGMA = np.array((0.03, 0.15, 0.06))  # of H, a and b, by which beads of one print differ
 LEAST = np.array((0.6, 0.6, 0.03, 1.3, 0.15, -0.02, -0.1, -0.1))
-MOST = np.array((1.5, 1.5, 3.0, 5.0, 1.0, 1.0, 0.1, 0.1))  # none is more pointed than a parabola
+MOST = np.array((1.5, 1.5, 3.0, 5.0, 1.0, 1.0, 0.1, 0.1))  # none is more pointed than a parabola,
+MOST_SUNKEN = MOST + 0.2 * (np.arange(8) == 4)  # though a fit may pass by it
 STRIDE = np.array((0.1, 0.1, 0.2, 0.5, 0.1, 0.1, 0.05, 0.05))
 DIFFERENCE = np.array((0.03, 0.03, 0.01, 0.05, 0.02, 0.01))  # the last two need none
 TOP, DEPTH, BED = 2, 5, 6  # places of H, of how deep light goes, and of the first of the bed
@@ -158,7 +159,8 @@ def _fit(points: tuple[Array, Array, Array], lean: float, usual: Array, usual_si
          start: Array | None = None) -> _Fit:
     """Fit a section to places, heights and sigmas (B,), by the method of Gauss and Newton."""
     u, height, sigma = points
-    fitted, bed = usual if start is None else start, np.stack((np.ones_like(u), u**2))
+    bed = np.stack((np.ones_like(u), u**2))
+    fitted, most = (usual, MOST) if start is None else (start, MOST_SUNKEN)
     for _ in range(ROUNDS):
         bead = section_height(u, lean, fitted[:BED])
         off = (height - bead - fitted[BED:] @ bed) / sigma
@@ -168,5 +170,5 @@ def _fit(points: tuple[Array, Array, Array], lean: float, usual: Array, usual_si
         normal = change @ change.T + np.diag(1 / usual_sigma**2)
         towards = change @ off + (usual - fitted) / usual_sigma**2
         step = np.clip(np.linalg.solve(normal, towards), -STRIDE, STRIDE)
-        fitted = np.clip(fitted + step, LEAST, MOST)
+        fitted = np.clip(fitted + step, LEAST, most)
     return _Fit(fitted, np.linalg.inv(normal), float(off @ off))

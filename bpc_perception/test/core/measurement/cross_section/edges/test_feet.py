@@ -60,3 +60,9 @@ def test_a_side_is_far_or_near_as_the_camera_stands() -> None:
     shift, sigma = feet.outward(np.array((0.0, 0.41, -0.41)))
     assert shift.tolist() == [0.0, 2.0, -2.0]
     assert sigma == pytest.approx((0.0, 0.2, 0.2))
+
+
+def test_where_nothing_is_seen_beside_an_edge_it_is_as_unsure_as_can_be() -> None:
+    share = faded(1.0)
+    share[:, 11:] = np.nan  # glare on the bed
+    assert unlike(share) == unlike(np.full_like(share, np.nan)) > 0.05
