@@ -32,7 +32,7 @@ LEAN_STEP = 0.2  # of the tangent of the view across the path, within which it i
 MOST_LEANS = 11  # beyond an angle of 63 degrees nothing is told apart
 # What an edge of the picture is not sure of: at best; per share of light by which it is unlike a
 # blurred step; and where a bead is seen from the side. Found with ray-traced pictures.
-EDGE_SIGMA_PX, UNLIKE_SIGMA_PX, LEAN_SIGMA_PX = 0.03, 2.2, 0.2
+EDGE_SIGMA_PX, UNLIKE_SIGMA_PX, LEAN_SIGMA_PX = 0.03, 1.8, 0.2
 MOST_UNLIKE = 0.08  # a picture that is sharpened, or lit from aside, is more so
 USUAL_HALF_PX = 5.0  # half the width of a bead; of narrower ones less is seen apart
 # From an edge: where its blur is read, what there is beside, and the level of the ink.

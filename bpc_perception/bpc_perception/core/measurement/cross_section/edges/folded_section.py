@@ -42,6 +42,7 @@ LEAST_HEIGHT = 3.0  # in sigmas of a point: of what is flatter no foot is seen
 LOW_RIM, DEPTH_SIGMA, BETTER = 0.12, 0.1, 0.8
 FEET, DEPTHS = (1.0, 1.08), (0.1, 0.2, 0.3)
 LEAST_SOLID = 0.9  # no shade makes a bead look so much wider
+MOST_MISFIT = 5.0  # of a bin, in squares of its sigma: more is no bead on an even bed
 OUTER = 0.9  # from here to the foot a flank tells where the foot is
 
 
@@ -78,8 +79,8 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
         like: (3,) the section as it was found from another side; None = not known.
 
     Returns:
-        NaN where the cloud tells nothing: there are few points, the bead is flat, or it is not
-        known whether light goes into the ink.
+        NaN where the cloud tells nothing: there are few points, the bead is flat, or none of
+        these, or it is not known whether light goes into the ink.
     """
     nothing = FoldedFeet(np.full(2, np.nan), np.full(2, np.nan), None)
     bare, central = np.abs(u) > BARE, np.abs(u) < CENTRAL
@@ -101,6 +102,8 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
             best = solid
             if best.values[:TOP].min() < LEAST_SOLID:
                 return nothing
+    if best.misfit > MOST_MISFIT * len(points[0]):
+        return nothing
     flank = section_height(np.array((OUTER,)), 0.0, _symmetric(best.values))
     sigma = np.sqrt(np.diagonal(best.covariance)[:2] + (SHAPE_SIGMA * (1 - OUTER) / flank)**2)
     return FoldedFeet(best.values[:2] - 1, sigma, best.values[TOP:DEPTH])

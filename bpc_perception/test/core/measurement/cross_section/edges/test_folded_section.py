@@ -78,6 +78,13 @@ def test_of_a_film_of_ink_the_cloud_tells_no_feet() -> None:
     assert np.isnan(feet).all()
 
 
+def test_where_the_cloud_shows_no_bead_on_a_bed_it_tells_no_feet() -> None:
+    """A step beside the bead, as of a dish's rim."""
+    u, height = seen(0.0, 0.7, 1.6)
+    feet, _ = feet_in(u, height + np.where(u > 0.5, 0.6, 0.0), 0.0)
+    assert np.isnan(feet).all()
+
+
 def test_a_few_points_tell_no_feet() -> None:
     u, height = seen(0.0, 0.7, 1.6)
     feet, _ = feet_in(u[::50], height[::50], 0.0)
