@@ -20,13 +20,14 @@ REACH, BARE = 1.7, 1.25  # how far points count, and from where on all is bed
 CENTRAL, RIM = 0.3, (0.85, 1.0)  # of a bead's ridge, and of its rim
 BIN = 0.04  # points so close together are taken as one
 LEAST_POINTS, LEAST_IN_BIN = 250, 5
-ROUNDS = 12
+ROUNDS, SETTLED = 12, 0.02  # at most, or until a round changes less than this share of a stride
 NODES = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 41))  # u, close together at the feet
 # What is fitted: the feet on the far and on the near side, H, a, b, how deep light goes, level and
 # bend of the bed. So it is among beads, within so much; and so far a round may go.
 USUAL = np.array((1.0, 1.0, 0.0, 2.1, 0.9, 0.0, 0.0, 0.0))
 USUAL_SIGMA = np.array((0.15, 0.15, 9.0, 0.5, 0.3, 0.01, 0.02, 0.02))
-LIKE_SIGMA = np.array((0.03, 0.15, 0.06))  # of H, a and b, by which beads of one print differ
+# Of H, a, b and how deep light goes, by which beads of one print differ.
+LIKE_SIGMA = np.array((0.03, 0.15, 0.06, 0.02))
 LEAST = np.array((0.6, 0.6, 0.03, 1.3, 0.15, -0.02, -0.1, -0.1))
 MOST = np.array((1.5, 1.5, 3.0, 5.0, 1.0, 1.0, 0.1, 0.1))  # none is more pointed than a parabola,
 MOST_SUNKEN = MOST + 0.2 * (np.arange(8) == 4)  # though a fit may pass by it
@@ -42,7 +43,7 @@ LEAST_HEIGHT = 3.0  # in sigmas of a point: of what is flatter no foot is seen
 LOW_RIM, DEPTH_SIGMA, BETTER = 0.12, 0.1, 0.8
 FEET, DEPTHS = (1.0, 1.08), (0.1, 0.2, 0.3)
 LEAST_SOLID = 0.9  # no shade makes a bead look so much wider
-MOST_MISFIT = 5.0  # of a bin, in squares of its sigma: more is no bead on an even bed
+MOST_MISFIT = 2.0  # usual square of what a bin is off, in sigmas; more is no bead on an even bed
 OUTER = 0.9  # from here to the foot a flank tells where the foot is
 
 
@@ -53,7 +54,7 @@ class FoldedFeet:
     Attributes:
         shift: (2,) how far they lie outward of u = 1, on the far and the near side.
         sigma: (2,) their 1-sigma uncertainties.
-        section: (3,) H, a and b; None = nothing is known.
+        section: (4,) H, a, b and how deep light goes; None = nothing is known.
     """
 
     shift: Array
@@ -62,11 +63,12 @@ class FoldedFeet:
 
 
 class _Fit(NamedTuple):
-    """What is fitted, with its covariance, and how badly: a sum of squares."""
+    """What is fitted, with its covariance, and how badly: sum and median of squares."""
 
     values: Array
     covariance: Array
     misfit: float
+    usual_misfit: float
 
 
 def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) -> FoldedFeet:
@@ -76,7 +78,7 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
         u: (K,) places of points across beads, along the rays of the camera; positive away from it.
         height: (K,) of the points above the bed.
         lean: how far a height seems shifted away from the camera, per height.
-        like: (3,) the section as it was found from another side; None = not known.
+        like: (4,) the section as it was found from another side; None = not known.
 
     Returns:
         NaN where the cloud tells nothing: there are few points, the bead is flat, or none of
@@ -94,7 +96,7 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
     points = _in_bins(u, height, noise)
     usual, usual_sigma = _usual(top, like)
     best = _fit(points, lean, usual, usual_sigma)
-    if np.median(height[rim]) < LOW_RIM * top:
+    if like is None and np.median(height[rim]) < LOW_RIM * top:
         solid, best = best, min((_fit(points, lean, *_sunken(usual, usual_sigma, foot, depth))
                                  for foot, depth in product(FEET, DEPTHS)),
                                 key=lambda fit: fit.misfit)
@@ -102,11 +104,11 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
             best = solid
             if best.values[:TOP].min() < LEAST_SOLID:
                 return nothing
-    if best.misfit > MOST_MISFIT * len(points[0]):
+    if best.usual_misfit > MOST_MISFIT:
         return nothing
     flank = section_height(np.array((OUTER,)), 0.0, _symmetric(best.values))
     sigma = np.sqrt(np.diagonal(best.covariance)[:2] + (SHAPE_SIGMA * (1 - OUTER) / flank)**2)
-    return FoldedFeet(best.values[:2] - 1, sigma, best.values[TOP:DEPTH])
+    return FoldedFeet(best.values[:2] - 1, sigma, best.values[TOP:BED])
 
 
 def section_height(u: Array, lean: float, fitted: Array) -> Array:
@@ -140,7 +142,7 @@ def _usual(top: float, like: Array | None) -> tuple[Array, Array]:
     usual, sigma = USUAL.copy(), USUAL_SIGMA.copy()
     usual[TOP] = top
     if like is not None:
-        usual[TOP:DEPTH], sigma[TOP:DEPTH] = like, LIKE_SIGMA
+        usual[TOP:BED], sigma[TOP:BED] = like, LIKE_SIGMA
     return usual, sigma
 
 
@@ -174,4 +176,6 @@ def _fit(points: tuple[Array, Array, Array], lean: float, usual: Array, usual_si
         towards = change @ off + (usual - fitted) / usual_sigma**2
         step = np.clip(np.linalg.solve(normal, towards), -STRIDE, STRIDE)
         fitted = np.clip(fitted + step, LEAST, most)
-    return _Fit(fitted, np.linalg.inv(normal), float(off @ off))
+        if (np.abs(step) < SETTLED * STRIDE).all():
+            break
+    return _Fit(fitted, np.linalg.inv(normal), float(off @ off), float(np.median(off**2)))
