@@ -4,7 +4,7 @@ Light fades toward the rim of a bright bead; a dark one throws shade; one seen f
 its foot, or shows more than that. So the edges in a picture lie beside the feet, all along a
 print by about as much. The cloud tells heights whatever the light. Points of the whole print,
 folded into one section, show where height begins to a tenth of a pixel, though a single point is
-noisier than that. Where light goes into the ink, the cloud knows nothing of its feet.
+noisier than that. Where light goes into the ink, the cloud steps down at its feet.
 """
 
 from __future__ import annotations

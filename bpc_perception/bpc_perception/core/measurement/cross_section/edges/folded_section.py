@@ -81,8 +81,8 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
         like: (4,) the section as it was found from another side; None = not known.
 
     Returns:
-        NaN where the cloud tells nothing: there are few points, the bead is flat, or none of
-        these, or it is not known whether light goes into the ink.
+        NaN where the cloud tells nothing: there are few points, the bead is flat, the bed around
+        it is not even, or it is not known whether light goes into the ink.
     """
     nothing = FoldedFeet(np.full(2, np.nan), np.full(2, np.nan), None)
     bare, central = np.abs(u) > BARE, np.abs(u) < CENTRAL
@@ -94,17 +94,9 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
     if top < LEAST_HEIGHT * noise:
         return nothing
     points = _in_bins(u, height, noise)
-    usual, usual_sigma = _usual(top, like)
-    best = _fit(points, lean, usual, usual_sigma)
-    if like is None and np.median(height[rim]) < LOW_RIM * top:
-        solid, best = best, min((_fit(points, lean, *_sunken(usual, usual_sigma, foot, depth))
-                                 for foot, depth in product(FEET, DEPTHS)),
-                                key=lambda fit: fit.misfit)
-        if best.misfit > BETTER * solid.misfit:
-            best = solid
-            if best.values[:TOP].min() < LEAST_SOLID:
-                return nothing
-    if best.usual_misfit > MOST_MISFIT:
+    low_rim = bool(np.median(height[rim]) < LOW_RIM * top)
+    best = _best_fit(points, lean, *_usual(top, like), may_be_sunken=like is None and low_rim)
+    if best is None or best.usual_misfit > MOST_MISFIT:
         return nothing
     flank = section_height(np.array((OUTER,)), 0.0, _symmetric(best.values))
     sigma = np.sqrt(np.diagonal(best.covariance)[:2] + (SHAPE_SIGMA * (1 - OUTER) / flank)**2)
@@ -135,6 +127,19 @@ def _in_bins(u: Array, height: Array, noise: float) -> tuple[Array, Array, Array
     middle = (height[order[begins + (count - 1) // 2]] + height[order[begins + count // 2]]) / 2
     return ((total[begins + count] - total[begins]) / count, middle,
             np.hypot(MEDIAN_GAIN * noise * np.sqrt(ALIKE / count), SHAPE_SIGMA))
+
+
+def _best_fit(points: tuple[Array, Array, Array], lean: float, usual: Array, usual_sigma: Array,
+              *, may_be_sunken: bool) -> _Fit | None:
+    """Fit a section to ink that light does not go into, or does; None = nobody knows which."""
+    solid = _fit(points, lean, usual, usual_sigma)
+    if not may_be_sunken:
+        return solid
+    sunken = min((_fit(points, lean, *_sunken(usual, usual_sigma, foot, depth))
+                  for foot, depth in product(FEET, DEPTHS)), key=lambda fit: fit.misfit)
+    if sunken.misfit <= BETTER * solid.misfit:
+        return sunken
+    return solid if solid.values[:TOP].min() >= LEAST_SOLID else None
 
 
 def _usual(top: float, like: Array | None) -> tuple[Array, Array]:
