@@ -152,13 +152,13 @@ class Advisor:
         covered = path.covers(profile.stamp_ns)
         path = path.until(profile.stamp_ns)
         current = self._print = self._print_of(profile, path, config.lifetime)
-        profile = laid_before(profile, config.acquisition_time)
+        seen, profile = profile, laid_before(profile, config.acquisition_time)
         window = look_back(profile, config.window, current.blind_until)
         elapsed = current.next_capture(profile.stamp_ns, len(path))
         finding = self._find(current, path, profile, config)
         delivery = finding.models.estimate() if finding is not None else None
         target = self._target_ahead(current, window, path, delivery, config)
-        doubtful = current.contradictions.found(profile, window.extent)
+        doubtful = current.contradictions.found(seen, window.extent)
         refusal = _refusal(current, window, path, None if doubtful else finding, covered,
                            np.isnan(target), config)
         if current.late and finding is not None:

@@ -19,6 +19,7 @@ THIN = 0.92  # share of the usual width
 ONE_SIDED = 0.3
 LEAST_NARROWER, LEAST_THIN = 0.1, 0.2  # share of what is measured
 LEAST_USUAL = 20  # samples that tell what is usual
+WIDE = 0.75  # quantile of the width from which on samples do, where all are looked at
 
 
 class Contradictions:
@@ -56,11 +57,13 @@ def _one_sided(profile: ThicknessProfile, inside: Flags, others: Flags) -> bool:
     Args:
         profile: N samples.
         inside: (N,) those that are looked at.
-        others: (N,) those that tell what is usual.
+        others: (N,) those that tell what is usual; where they are few, the widest inside do.
     """
+    width, middle = profile.thickness, (profile.left - profile.right) / 2
+    if others.sum() < LEAST_USUAL:
+        others = inside & (width >= np.quantile(width[inside], WIDE))
     if others.sum() < LEAST_USUAL:
         return False
-    width, middle = profile.thickness, (profile.left - profile.right) / 2
     usual = np.median(width[others])
     thin = inside & (width < THIN * usual)
     if not thin.sum() > LEAST_THIN * inside.sum():

@@ -50,6 +50,12 @@ def test_less_ink_narrows_a_bead_from_both_sides(left: float, hidden: bool) -> N
     assert Contradictions().found(profile, NEWEST) is hidden
 
 
+@pytest.mark.parametrize(('left', 'hidden'), [(0.7, False), (0.4, True)])
+def test_ink_that_is_cut_off_from_the_start_is_no_less_ink(left: float, hidden: bool) -> None:
+    profile = print_of([1.4] * 50 + [2.0] * 30, [left] * 50 + [1.0] * 30)
+    assert Contradictions().found(profile, ALL) is hidden
+
+
 def test_what_was_not_measured_says_nothing() -> None:
     contradictions = Contradictions()
     profile = print_of([2.0] * 60)
