@@ -128,7 +128,7 @@ def on_one_layer(count: int) -> dict[str, NDArray[Any]]:
     unknown = np.full(count, np.nan)
     return {'layer': np.zeros(count, np.intp), 'seen_in': np.zeros(count, np.intp),
             'height': unknown, 'height_sigma': unknown, 'area': unknown, 'area_sigma': unknown,
-            'commanded_area': unknown}
+            'commanded_area': unknown, 'cause': np.zeros(count, np.uint8)}
 
 
 def one_piece(count: int) -> Index:

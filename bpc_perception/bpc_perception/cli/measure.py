@@ -19,6 +19,7 @@ from bpc_perception.cli.parts.options import (
 )
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
+from bpc_perception.display.wording import lost_in_words
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
@@ -67,7 +68,8 @@ def measure(
                 results.add(result)
                 advance()
         files = results.finish()
-    for warning in dict.fromkeys(result.warning for result in results.reported):
+    for warning in dict.fromkeys(text for result in results.reported for text in (
+            result.warning, lost_in_words(result.profile) if result.profile else '')):
         if warning:
             terminal.warn(warning)
     terminal.files([out / file for file in files])

@@ -14,6 +14,7 @@ from bpc_perception.core.filters import runs
 from bpc_perception.core.stroke_ends import Strokes, StrokeSamples
 
 StatusArray = NDArray[np.uint8]
+CauseArray = NDArray[np.uint8]
 
 
 class Status(IntEnum):
@@ -27,6 +28,29 @@ class Status(IntEnum):
     LOW_CONFIDENCE = 5
     BARE = 6
     OOZE = 7
+
+
+class Cause(IntEnum):
+    """Why a sample is NO_DATA or LOW_CONFIDENCE; the numbers are those of ThicknessProfile.msg."""
+
+    NONE = 0
+    OUTSIDE_IMAGE = 1
+    NO_DEPTH = 2
+    GLARE = 3
+    LOW_CONTRAST = 4
+    OVEREXPOSED = 5
+    OLD_INK = 6
+    NO_EDGE = 7
+    FEW_PIXELS = 8
+    FAINT_EDGES = 9
+    UNSURE_FEET = 10
+    INK_ENDS = 11
+    PARTLY_INK = 12
+    RAISED = 13
+    ON_INK = 14
+    OVER_STROKE = 15
+    INK_UNKNOWN = 16
+    OBSTACLE = 17
 
 
 @dataclass(frozen=True)
@@ -92,6 +116,7 @@ class ThicknessProfile:
         seen_in: (N,) number of the capture that each was found in; -1 = none.
         commanded_area: (N,) volume of ink that was commanded per length of path [m^2]; NaN = not
             known, 0 on travel.
+        cause: (N,) values of Cause, uint8: why a sample is NO_DATA or LOW_CONFIDENCE.
         processing_time: from everything at hand to this result [s].
     """
 
@@ -120,6 +145,7 @@ class ThicknessProfile:
     area_sigma: Array
     seen_in: Index
     commanded_area: Array
+    cause: CauseArray
     processing_time: float
 
     @classmethod
@@ -129,7 +155,8 @@ class ThicknessProfile:
         return cls(stamp_ns, '', stamp_ns, 0, '', nothing, nothing, points, nothing.astype(bool),
                    nothing.astype(bool), nothing.astype(np.intp), nothing.astype(np.uint8),
                    nothing, nothing, nothing, nothing, points, points, nothing.astype(np.intp),
-                   nothing, nothing, nothing, nothing, nothing.astype(np.intp), nothing, 0.0)
+                   nothing, nothing, nothing, nothing, nothing.astype(np.intp), nothing,
+                   nothing.astype(np.uint8), 0.0)
 
     def __len__(self) -> int:
         return len(self.time)

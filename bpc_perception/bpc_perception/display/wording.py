@@ -8,8 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 import math
 
+import numpy as np
+
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
-from bpc_perception.core.profile import Status
+from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 from bpc_perception.display.units import MM_PER_M
 
 MEANINGS = {
@@ -21,6 +23,36 @@ MEANINGS = {
     Status.LOW_CONFIDENCE: 'seen, but not well enough to give a number',
     Status.BARE: 'travel: no ink was commanded, and none is seen',
     Status.OOZE: 'travel: no ink was commanded, and ink is seen',
+}
+# Why nothing is told, and what to change.
+CAUSES = {
+    Cause.NONE: ('no cause is on record', ''),
+    Cause.OUTSIDE_IMAGE: ('outside the image, or the bead goes on beyond its border',
+                          'move the camera, or print nearer to its middle'),
+    Cause.NO_DEPTH: ('the cloud has no points there',
+                     "change the camera's exposure or distance, or take away what shines"),
+    Cause.GLARE: ('glare hides the ink or its edges',
+                  'turn or soften the lamp, or tilt the camera'),
+    Cause.LOW_CONTRAST: ('ink is hardly told from the bed, or the image is too noisy',
+                         'more light, or a bed of another colour'),
+    Cause.OVEREXPOSED: ('ink or bed is brighter than the camera can tell', 'expose for less'),
+    Cause.OLD_INK: ('ink lay there before', 'clean the bed'),
+    Cause.NO_EDGE: ('no edge is seen on one side', 'see that nothing of the same colour is beside '
+                    'the bead, and that the whole of it is in the image'),
+    Cause.FEW_PIXELS: ('the bead has too few pixels', 'take the camera nearer'),
+    Cause.FAINT_EDGES: ('the edges are too faint', 'focus the camera, or more light'),
+    Cause.UNSURE_FEET: ('image and cloud do not tell surely where the bead ends',
+                        'look from more above, or see that the cloud shows the bead'),
+    Cause.INK_ENDS: ('ink begins or ends there within half a pixel', ''),
+    Cause.PARTLY_INK: ('neither ink nor bed is where the bead should be',
+                       'it is thin, or beside the path: look at the calibration'),
+    Cause.RAISED: ('the image shows bed, and the cloud something above it',
+                   'a bed of another colour, or see what lies there'),
+    Cause.ON_INK: ('image and cloud do not tell the bead from the ink below',
+                   'take the camera nearer, or capture more often'),
+    Cause.OVER_STROKE: ('travel over a stroke: the ink is of the stroke', ''),
+    Cause.INK_UNKNOWN: ('nothing is known of the ink yet', ''),
+    Cause.OBSTACLE: ('something stands among the print', 'capture when it is gone'),
 }
 REASONS = {
     Reason.ON_TARGET: 'on target',
@@ -37,12 +69,37 @@ REASONS = {
 }
 # A higher or lower rate does not mend what is wrong here.
 ALARMS = {Reason.GAP_DETECTED, Reason.CLOG_SUSPECTED, Reason.PATH_OFFSET, Reason.EXTRUDER_FAULT}
+KNOWN = 0.9  # share of the strokes; what is missing beyond is worth a word
 MINUTES_FROM_S = 120  # ages from here on are said in minutes
 
 
 def label(status: Status) -> str:
     """Return the name of a status in words; pictures show all travel without ooze as BARE."""
     return 'travel' if status == Status.BARE else status.name.replace('_', ' ').lower()
+
+
+def cause_counts(profile: ThicknessProfile) -> dict[Cause, int]:
+    """Return how many samples of strokes each cause left without an answer, the most first."""
+    counts = np.bincount(profile.cause[profile.stroke > 0], minlength=len(Cause))
+    return {Cause(cause): int(counts[cause]) for cause in np.argsort(-counts, kind='stable')
+            if cause and counts[cause]}
+
+
+def cause_in_words(cause: Cause) -> str:
+    """Return why nothing is told, and what to change."""
+    why, change = CAUSES[cause]
+    return f'{why}: {change}' if change else why
+
+
+def lost_in_words(profile: ThicknessProfile) -> str:
+    """Return how much of the strokes is not known, and why; empty = little."""
+    coverage, counts = profile.summary.coverage, cause_counts(profile)
+    if not coverage < KNOWN or not counts:
+        return ''
+    first = next(iter(counts))
+    return (f'{1 - coverage:.0%} of the strokes are not known; of these '
+            f'{counts[first] / np.count_nonzero(profile.stroke > 0) / (1 - coverage):.0%}: '
+            f'{cause_in_words(first)}')
 
 
 def advice_in_words(advice: RateAdvice) -> str:

@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 
 from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
 from bpc_perception.core.arrays import Index
-from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 from bpc_perception.core.stroke_ends import Strokes
 from bpc_perception.messages.array_fields import (
     axes_fields,
@@ -23,7 +23,7 @@ from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_t
 
 SIZES = 'height', 'height_sigma', 'area', 'area_sigma', 'commanded_area'
 # Arrays with one element a sample that older recordings do not have.
-NEWER = 'extruder_known', 'stroke', 'layer', 'seen_in', *SIZES
+NEWER = 'extruder_known', 'stroke', 'layer', 'seen_in', 'cause', *SIZES
 # Arrays with one element a stroke; older recordings have none.
 STROKE_FIELDS = 'stroke_number', 'stroke_start', 'stroke_end', 'ink_start', 'ink_end'
 
@@ -50,6 +50,7 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
         ooze_count=summary.ooze_count, ooze_length=summary.ooze_length,
         bare_length=summary.bare_length, **_strokes_fields(profile.strokes),
         layer=_signed_field(profile.layer), seen_in=_signed_field(profile.seen_in),
+        cause=array('B', profile.cause.tobytes()),
         **{name: floats_field(getattr(profile, name)) for name in SIZES})
 
 
@@ -90,9 +91,11 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
         if len(getattr(message, name, ())):
             check_lengths('thickness_profile', message, ('time', name))
     status, thickness = np.array(message.status, np.uint8), np.array(message.thickness)
-    if (unknown := status[status > max(Status)]).size:
-        raise ConversionError(f'thickness_profile: expected each status up to {max(Status)}, '
-                              f'found {unknown[0]}; is its sender of another version?')
+    cause = _of_each_sample(message, 'cause', np.uint8, Cause.NONE)
+    for name, values, last in ('status', status, max(Status)), ('cause', cause, max(Cause)):
+        if (unknown := values[values > last]).size:
+            raise ConversionError(f'thickness_profile: expected each {name} up to {last}, found '
+                                  f'{unknown[0]}; is its sender of another version?')
     measured = thickness[status == Status.MEASURED]
     if (impossible := measured[~((measured > 0) & (measured < np.inf))]).size:
         raise ConversionError('thickness_profile: expected a thickness above 0 where it is '
@@ -110,5 +113,5 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
         left_points=points_of(message, 'left_'), right_points=points_of(message, 'right_'),
         layer=_of_each_sample(message, 'layer', np.intp, 0),
         seen_in=_of_each_sample(message, 'seen_in', np.intp, message.capture),
-        **{name: _of_each_sample(message, name, float, np.nan) for name in SIZES},
+        cause=cause, **{name: _of_each_sample(message, name, float, np.nan) for name in SIZES},
         processing_time=message.processing_time)

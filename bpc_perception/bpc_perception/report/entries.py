@@ -14,6 +14,7 @@ from bpc_perception.core.amounts import Amount, amount_of
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.display.units import MM_PER_M, NS_PER_S, UL_PER_M3
+from bpc_perception.display.wording import cause_counts
 
 
 def result_entry(result: Result) -> dict[str, Any]:
@@ -40,6 +41,7 @@ def profile_entry(profile: ThicknessProfile) -> dict[str, Any]:
         'ooze_length_mm': summary.ooze_length * MM_PER_M,
         'bare_length_mm': summary.bare_length * MM_PER_M,
         'counts': {status.name: int(counts[status]) for status in Status},
+        'causes': {cause.name: count for cause, count in cause_counts(profile).items()},
     }
 
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Index
-from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 from bpc_perception.display.units import MM_PER_M, NS_PER_S
 
 COLUMNS = ('arc_length_mm', 'time_s', 'x_mm', 'y_mm', 'z_mm', 'thickness_mm', 'sigma_mm',
            'left_mm', 'right_mm', 'status', 'extruding', 'stroke', 'layer', 'height_mm',
-           'height_sigma_mm', 'area_mm2', 'area_sigma_mm2', 'capture')
+           'height_sigma_mm', 'area_mm2', 'area_sigma_mm2', 'capture', 'cause')
 
 
 def profile_csv(profile: ThicknessProfile) -> str:
@@ -35,7 +35,8 @@ def profile_csv(profile: ThicknessProfile) -> str:
         _numbers(profile.layer),
         *(_cells(values * MM_PER_M) for values in (profile.height, profile.height_sigma)),
         *(_cells(values * MM_PER_M**2) for values in (profile.area, profile.area_sigma)),
-        _numbers(profile.seen_in))
+        _numbers(profile.seen_in),
+        ['' if value == Cause.NONE else Cause(value).name for value in profile.cause])
     rows = (COLUMNS, *zip(*columns, strict=True))
     return ''.join(','.join(row) + '\n' for row in rows)
 

@@ -7,6 +7,7 @@ from typing import Any
 from bpc_perception.core.amounts import amount_of
 from bpc_perception.display.plain_json import plain
 from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.wording import lost_in_words
 from bpc_perception.report.entries import (
     advice_entry,
     amount_entry,
@@ -44,7 +45,7 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
         'ink': amount_entry(amount_of(profile, profile.stroke > 0)),
         'offset_mean_mm': statistics.offset_mean * MM_PER_M,
         'offset_rms_mm': statistics.offset_rms * MM_PER_M,
-        'warnings': [*log.warnings, *([result.warning] if result.warning else [])],
+        'warnings': [*log.warnings, *filter(None, (result.warning, lost_in_words(profile)))],
         'advice': advice_entry(result.advice),
         'captures': log.entries,
         'bag': provenance.bag,

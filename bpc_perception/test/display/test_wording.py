@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 
-from perception_builders import advice_of
+import numpy as np
+from perception_builders import advice_of, profile_of
 import pytest
 
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
-from bpc_perception.display.wording import advice_headline, advice_in_words, age_in_words, in_mm
+from bpc_perception.core.profile import Cause, Status
+from bpc_perception.display.wording import (
+    advice_headline,
+    advice_in_words,
+    age_in_words,
+    cause_counts,
+    cause_in_words,
+    CAUSES,
+    in_mm,
+    lost_in_words,
+)
 
 
 @pytest.mark.parametrize(('valid', 'reason', 'words'), [
@@ -49,3 +61,27 @@ def test_what_is_not_known_is_no_number() -> None:
     assert in_mm(math.nan) == '–'
     assert in_mm(2.004e-3) == '2.00'
     assert [age_in_words(age) for age in (-1, 3.4, 119, 600)] == ['0 s', '3 s', '119 s', '10 min']
+
+
+def test_every_cause_is_said() -> None:
+    assert list(CAUSES) == list(Cause)
+    assert cause_in_words(Cause.OLD_INK) == 'ink lay there before: clean the bed'
+    assert cause_in_words(Cause.OVER_STROKE) == 'travel over a stroke: the ink is of the stroke'
+
+
+def test_causes_are_counted_the_most_frequent_first() -> None:
+    cause = np.array((Cause.NONE, Cause.NO_DEPTH, Cause.GLARE, Cause.GLARE), np.uint8)
+    profile = replace(profile_of([math.nan] * 4, [Status.MEASURED, Status.NO_DATA,
+                                                  Status.LOW_CONFIDENCE, Status.LOW_CONFIDENCE]),
+                      cause=cause)
+    assert list(cause_counts(profile).items()) == [(Cause.GLARE, 2), (Cause.NO_DEPTH, 1)]
+
+
+@pytest.mark.parametrize(('lost', 'words'), [
+    (2, '20% of the strokes are not known; of these 100%: ink lay there before: clean the bed'),
+    (1, '')])
+def test_it_is_said_why_much_is_not_known(lost: int, words: str) -> None:
+    statuses = [Status.MEASURED] * (10 - lost) + [Status.LOW_CONFIDENCE] * lost
+    profile = profile_of([2e-3] * 10, statuses)
+    cause = np.where(profile.status == Status.MEASURED, Cause.NONE, Cause.OLD_INK)
+    assert lost_in_words(replace(profile, cause=cause.astype(np.uint8))) == words

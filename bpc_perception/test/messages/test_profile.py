@@ -11,7 +11,7 @@ from perception_builders import profile_of
 import pytest
 
 from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
-from bpc_perception.core.profile import Status
+from bpc_perception.core.profile import Cause, Status
 from bpc_perception.messages.profile import profile_from_message, profile_to_message
 from bpc_perception.messages.stamps import ConversionError
 
@@ -99,7 +99,8 @@ def test_a_profile_with_arrays_of_different_lengths_is_refused(name: str) -> Non
 
 
 @pytest.mark.parametrize(('name', 'value'), [
-    ('status', max(Status) + 1), ('status', 255), ('thickness', math.nan), ('thickness', math.inf),
+    ('status', max(Status) + 1), ('status', 255), ('cause', max(Cause) + 1),
+    ('thickness', math.nan), ('thickness', math.inf),
     ('thickness', 0.0), ('thickness', -1e-3)])
 def test_a_profile_of_impossible_samples_is_refused(name: str, value: float) -> None:
     message = profile_to_message(PROFILE, 'base')
@@ -112,3 +113,8 @@ def test_a_profile_of_impossible_samples_is_refused(name: str, value: float) -> 
 @pytest.mark.parametrize('status', list(Status))
 def test_status_numbers_are_those_of_the_message(status: Status) -> None:
     assert getattr(ThicknessProfileMsg, status.name) == status
+
+
+@pytest.mark.parametrize('cause', list(Cause))
+def test_cause_numbers_are_those_of_the_message(cause: Cause) -> None:
+    assert getattr(ThicknessProfileMsg, f'CAUSE_{cause.name}') == cause

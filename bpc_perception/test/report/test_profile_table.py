@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bpc_perception.core.profile import Status
+from bpc_perception.core.profile import Cause, Status
 from bpc_perception.report.profile_table import profile_csv
 
 MM = 1e-3
@@ -18,14 +18,15 @@ def test_csv_by_hand(profile):
         profile, layer=np.array((0, 0, 1, 1)), seen_in=np.array((0, 0, -1, 1)),
         height=np.array((0.5 * MM, 0.0, nan, nan)),
         height_sigma=np.array((0.125 * MM, nan, nan, nan)),
-        area=np.array((MM**2, 0.0, nan, nan)), area_sigma=np.array((MM**2 / 4, nan, nan, nan)))
+        area=np.array((MM**2, 0.0, nan, nan)), area_sigma=np.array((MM**2 / 4, nan, nan, nan)),
+        cause=np.array((Cause.NONE, Cause.NONE, Cause.GLARE, Cause.NONE), np.uint8))
     assert profile_csv(profile).split('\n') == [
         'arc_length_mm,time_s,x_mm,y_mm,z_mm,thickness_mm,sigma_mm,left_mm,right_mm,status,'
-        'extruding,stroke,layer,height_mm,height_sigma_mm,area_mm2,area_sigma_mm2,capture',
-        '0.0,1700000000.123456789,0.0,0.0,0.0,2.0,0.1,1.5,0.5,MEASURED,1,1,0,0.5,0.125,1.0,0.25,0',
-        '1.0,1700000000.623456789,1.0,0.0,0.0,0.0,,,,GAP,1,1,0,0.0,,0.0,,0',
-        '2.0,1700000001.123456790,2.0,0.0,0.0,,,,,NO_DATA,1,1,1,,,,,',
-        '3.0,1700000001.623456789,3.0,0.0,0.0,4.0,1.0,2.5,1.5,MEASURED,1,1,1,,,,,1',
+        'extruding,stroke,layer,height_mm,height_sigma_mm,area_mm2,area_sigma_mm2,capture,cause',
+        '0.0,1700000000.123456789,0.0,0.0,0.0,2.0,0.1,1.5,0.5,MEASURED,1,1,0,0.5,0.125,1.0,0.25,0,',
+        '1.0,1700000000.623456789,1.0,0.0,0.0,0.0,,,,GAP,1,1,0,0.0,,0.0,,0,',
+        '2.0,1700000001.123456790,2.0,0.0,0.0,,,,,NO_DATA,1,1,1,,,,,,GLARE',
+        '3.0,1700000001.623456789,3.0,0.0,0.0,4.0,1.0,2.5,1.5,MEASURED,1,1,1,,,,,1,',
         '']
 
 

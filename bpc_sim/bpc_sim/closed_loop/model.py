@@ -198,7 +198,8 @@ class ClosedLoopModel:
             sigma=np.where(measured, sigma, np.nan), left=half + situation.offset,
             right=half - situation.offset, left_points=path.points, right_points=path.points,
             layer=first, height=blank, height_sigma=blank, area=blank, area_sigma=blank,
-            seen_in=first, commanded_area=blank, processing_time=0.0)
+            seen_in=first, commanded_area=blank, cause=np.zeros(count, np.uint8),
+            processing_time=0.0)
 
     def _path(self, t: float) -> DepositionPath:
         """Return the path as recorded at time t [s]."""

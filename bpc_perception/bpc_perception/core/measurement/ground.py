@@ -19,10 +19,11 @@ from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.ahead import arc_ahead
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.track import Track, track_along
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.tangents import typical_spacing
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.profile import Cause, Status, StatusArray
 
 # What a capture from longer before a print shows may be another bed [s].
 STILL_THE_BED_S = 10.0
@@ -35,7 +36,7 @@ MOVING_S = 0.5  # the nozzle goes on if it moved so shortly before a capture
 AHEAD_M = 0.004  # so far ahead of fresh ink it is looked for old ink,
 MOST_AHEAD = 0.8  # which is there if this share of it is ink
 
-Look = Callable[[View, Track, Index], StatusArray]
+Look = Callable[[View, Track, Index], Verdicts]
 
 
 class Ground:
@@ -97,8 +98,8 @@ class Ground:
             return samples
         self.warning = ('path: expected a bed without ink where ink is laid, found that of '
                         'before; its width is not told there; clean the bed')
-        return replace(samples, status=np.where(doubted, Status.LOW_CONFIDENCE,
-                                                samples.status).astype(np.uint8))
+        return replace(samples, verdicts=samples.verdicts.where(
+            doubted, Status.LOW_CONFIDENCE, Cause.OLD_INK))
 
 
 class _Seen:
@@ -170,7 +171,7 @@ class _Seen:
         track = replace(track, extruding=extruding)
         step = max(1, round(view.pixel_size(path.points) / typical_spacing(path.points)))
         asked = index[thinned(track.piece[index], step)]
-        status = self._look(view, track, asked)
+        status = self._look(view, track, asked).status
         return status[np.minimum(np.searchsorted(asked, index), len(asked) - 1)]
 
     def _stretches(self, inked: Flags, sure: Flags, index: Index) -> Flags:

@@ -58,6 +58,7 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
         config: how to measure.
         memory: of the captures before.
     """
+    config = memory.reach.applied(config)
     kept = (memory.kept or NOTHING).at(path)
     shown = np.flatnonzero(places.shown & (places.stroke > 0))
     track = track_along(path, places.stroke, shown, places.layer)
@@ -107,5 +108,4 @@ def away_from_above(places: Array, layer: Index, reach: float) -> Array:
 def with_covered(samples: Samples, covered: Flags) -> Samples:
     """Return samples of which those that were covered before they were measured are OCCLUDED."""
     never = covered & ~answered(samples)
-    return replace(samples, status=np.where(never, Status.OCCLUDED,
-                                            samples.status).astype(np.uint8))
+    return replace(samples, verdicts=samples.verdicts.where(never, Status.OCCLUDED))

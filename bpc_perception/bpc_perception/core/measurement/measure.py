@@ -25,12 +25,13 @@ from bpc_perception.core.measurement.paper.method import measure_as_published
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.measurement.track import Track, track_along
 from bpc_perception.core.measurement.travel import as_travel, look_at_travel
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.layers import ON_TRAVEL
 from bpc_perception.core.path.strokes import stroke_numbers
 from bpc_perception.core.path.tangents import tangents
-from bpc_perception.core.profile import Status, StatusArray, ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 
 # With intrinsics farther off, widths and places are: 2 pixels are 1 % of the distance between the
 # middle of a small picture and its corners.
@@ -45,12 +46,12 @@ METHODS: dict[str, Callable[[View, Track, Plane, ThicknessConfig, PrintMemory], 
     'cross_section': measure_across_path,
     'paper': lambda view, track, bed, config, _: measure_as_published(view, track, bed, config),
 }
-# By the same names: whether ink is seen at an index of travel points of a track, as Status (K,).
+# By the same names: whether ink is seen at an index of travel points of a track.
 LOOKS: dict[str, Callable[
-    [View, Track, Index, Plane, ThicknessConfig, PrintMemory], StatusArray]] = {
+    [View, Track, Index, Plane, ThicknessConfig, PrintMemory], Verdicts]] = {
     'cross_section': look_across_travel,
     'paper': lambda view, track, index, bed, config, _: as_travel(measure_as_published(
-        view, track.of(index), bed, config).status),
+        view, track.of(index), bed, config).verdicts),
 }
 
 
@@ -228,7 +229,7 @@ def profile_of(samples: Samples, places: Places, view: View, path: DepositionPat
         stamp_ns=view.capture.stamp_ns, print_id=path.print_id, print_start_ns=path.start_ns,
         capture=view.number, method=method, time=path.time, arc_length=path.arc_length,
         points=path.points, extruding=path.extruding, extruder_known=path.extruder_known,
-        stroke=places.stroke, status=samples.status.copy(),
+        stroke=places.stroke, status=samples.status.copy(), cause=samples.verdicts.cause.copy(),
         thickness=thickness, sigma=sigma, left=left_distance, right=right_distance,
         left_points=left, right_points=right,
         layer=np.where(places.stroke > 0, places.layer, ON_TRAVEL),

@@ -14,7 +14,8 @@ from bpc_perception.core.measurement.side_points import (
     replaced,
     SidePoints,
 )
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.measurement.verdicts import Verdicts
+from bpc_perception.core.profile import Cause, Status, StatusArray
 
 
 @dataclass(frozen=True)
@@ -47,33 +48,38 @@ class Samples:
 
     Attributes:
         sides: the side points.
-        status: (N,) values of Status.
+        verdicts: what is known of them.
         sigma: (N,) 1-sigma uncertainty of the width between the side points [m].
         sizes: height and cross-section.
         seen_in: (N,) number of the capture that it was found in; -1 = none.
     """
 
     sides: SidePoints
-    status: StatusArray
+    verdicts: Verdicts
     sigma: Array
     sizes: Sizes
     seen_in: Index
 
+    @property
+    def status(self) -> StatusArray:
+        """(N,) values of Status."""
+        return self.verdicts.status
+
     def of(self, index: Index) -> Samples:
         """Return the samples of an index (K,)."""
-        return Samples(self.sides.of(index), self.status[index], self.sigma[index],
+        return Samples(self.sides.of(index), self.verdicts.of(index), self.sigma[index],
                        self.sizes.of(index), self.seen_in[index])
 
     def at(self, place: Array) -> Samples:
         """Return the samples at places (K,), which are fractions of an index."""
         near = nearest(place, len(self.status))
-        return Samples(self.sides.at(place), self.status[near], interpolated(self.sigma, place),
-                       self.sizes.at(place), self.seen_in[near])
+        return Samples(self.sides.at(place), self.verdicts.of(near),
+                       interpolated(self.sigma, place), self.sizes.at(place), self.seen_in[near])
 
     def with_part(self, index: Index, part: Samples) -> Samples:
         """Return these samples with those of an index (K,) replaced by a part (K,)."""
         return Samples(self.sides.with_part(index, part.sides),
-                       replaced(self.status, index, part.status),
+                       self.verdicts.with_part(index, part.verdicts),
                        replaced(self.sigma, index, part.sigma),
                        self.sizes.with_part(index, part.sizes),
                        replaced(self.seen_in, index, part.seen_in))
@@ -83,5 +89,5 @@ def unseen(count: int) -> Samples:
     """Return samples of which nothing is known."""
     blank = np.full((count, 3), np.nan)
     return Samples(SidePoints(blank, blank, blank[:, 0], blank[:, 0]),
-                   np.full(count, Status.NO_DATA, np.uint8), blank[:, 0], Sizes.unknown(count),
-                   np.full(count, -1))
+                   Verdicts.all_of(count, Status.NO_DATA, Cause.OUTSIDE_IMAGE), blank[:, 0],
+                   Sizes.unknown(count), np.full(count, -1))

@@ -26,6 +26,7 @@ class Track:
         time: (N,) when the nozzle passed [s].
         points: (N, 3) nozzle tip in the robot base frame [m].
         extruding: (N,) whether ink was being pushed out.
+        flow_rate: (N,) that was commanded [m^3/s]; NaN = unknown.
         piece: (N,) number of the piece that each point belongs to, never falling.
         along: (N,) length along the ink; strokes that are not connected are ``FAR_M`` apart [m].
         layer: (N,) of each; see path.layers.
@@ -35,6 +36,7 @@ class Track:
     time: Array
     points: Array
     extruding: Flags
+    flow_rate: Array
     piece: Index
     along: Array
     layer: Index
@@ -45,7 +47,8 @@ class Track:
     def of(self, index: Index) -> Track:
         """Return the points of an index (K,), increasing."""
         return Track(self.print_id, self.time[index], self.points[index], self.extruding[index],
-                     self.piece[index], self.along[index], self.layer[index])
+                     self.flow_rate[index], self.piece[index], self.along[index],
+                     self.layer[index])
 
 
 def track_along(path: DepositionPath, stroke: Index, kept: Index,
@@ -70,8 +73,8 @@ def track_along(path: DepositionPath, stroke: Index, kept: Index,
     broken = (np.diff(kept) > 1) & ~(other & connected) | ~connected
     piece = np.concatenate(([0], np.cumsum(broken)))[:len(kept)]
     layer = np.zeros(len(path), np.intp) if layer is None else layer
-    return Track(path.print_id, path.time[kept], points, path.extruding[kept], piece, along,
-                 layer[kept])
+    return Track(path.print_id, path.time[kept], points, path.extruding[kept],
+                 path.flow_rate[kept], piece, along, layer[kept])
 
 
 def _goes_on(stroke: Array, following: Array) -> bool:

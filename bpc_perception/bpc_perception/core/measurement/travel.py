@@ -13,17 +13,18 @@ from bpc_perception.core.filters import runs, thinned
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.track import Track, track_along
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.tangents import typical_spacing
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.profile import Cause, Status
 
 OWN_INK_PX = 2.0  # beyond the edge of a stroke, ink may still be the stroke's
 
 
 def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags,
                    samples: Samples, bed: Plane,
-                   look: Callable[[Track, Index], StatusArray]) -> Samples:
+                   look: Callable[[Track, Index], Verdicts]) -> Samples:
     """Return the samples of a path with those of travel looked at.
 
     Where travel passes over a stroke, nothing is known of it: the ink there is the stroke's. Where
@@ -36,7 +37,7 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
         shown: (N,) which of them are in view, or nearly so.
         samples: of the strokes.
         bed: plane of the bed.
-        look: tells whether ink is seen at an index of points (K,) of a track, as Status (K,).
+        look: tells whether ink is seen at an index of points (K,) of a track.
     """
     kept = np.flatnonzero(shown)
     number = stroke[kept]
@@ -51,7 +52,8 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
     asked = travel[thinned(number[travel], max(1, round(pixel / typical_spacing(track.points))))]
     if len(asked) < 2:
         return samples
-    status = look(track, asked)[np.minimum(np.searchsorted(asked, travel), len(asked) - 1)]
+    found = look(track, asked).of(np.minimum(np.searchsorted(asked, travel), len(asked) - 1))
+    status = found.status
     own = samples.of(kept[laid])
     ways = _Ways(bed.coordinates(part.points), own, laid, travel, OWN_INK_PX * pixel)
     string = ways.strings(status == Status.OOZE, number[travel], ~ways.over)
@@ -59,11 +61,12 @@ def look_at_travel(view: View, path: DepositionPath, stroke: Index, shown: Flags
     doubtful = ways.strings(np.isin(status, (Status.OOZE, Status.LOW_CONFIDENCE)), number[travel],
                             ways.within)
     joined = ways.joined_by(string | doubtful) & (own.status == Status.MEASURED)
-    status[ways.over & (status == Status.OOZE) & ~string] = Status.NO_DATA
-    judged = samples.status.copy()
-    judged[kept[laid[joined]]] = Status.JUNCTION
-    judged[kept[travel]] = status
-    return replace(samples, status=judged)
+    found = found.where(ways.over & (status == Status.OOZE) & ~string, Status.NO_DATA,
+                        Cause.OVER_STROKE)
+    at_string = kept[laid[joined]]
+    return replace(samples, verdicts=samples.verdicts.with_part(
+        at_string, Verdicts.all_of(len(at_string), Status.JUNCTION)).with_part(
+            kept[travel], found))
 
 
 def _lowered(path: DepositionPath, laid: Index, bed: Plane) -> DepositionPath:
@@ -133,7 +136,7 @@ class _Ways:
         return joined
 
 
-def as_travel(status: StatusArray) -> StatusArray:
-    """Return what statuses of strokes (K,) mean on travel: ink is ooze, and a gap is none."""
-    return np.select([status == Status.MEASURED, status == Status.GAP],
-                     [Status.OOZE, Status.BARE], status).astype(np.uint8)
+def as_travel(verdicts: Verdicts) -> Verdicts:
+    """Return what verdicts on strokes mean on travel: ink is ooze, and a gap is none."""
+    return verdicts.where(verdicts.status == Status.MEASURED, Status.OOZE).where(
+        verdicts.status == Status.GAP, Status.BARE)

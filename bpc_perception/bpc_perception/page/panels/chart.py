@@ -8,10 +8,10 @@ import math
 from nicegui import ui
 import numpy as np
 
-from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 from bpc_perception.display.legend import as_shown, HEIGHT_COLOUR, STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
-from bpc_perception.display.wording import label, MEANINGS
+from bpc_perception.display.wording import cause_in_words, label, MEANINGS
 from bpc_perception.page import elements
 from bpc_perception.page.board import TargetBand
 from bpc_perception.page.chart import MEASURED_COLOUR, options, TARGET_GREY
@@ -92,4 +92,13 @@ class ChartPanel:
             for status in sorted(statuses):
                 share = np.mean(shown == status)
                 key = elements.key(STATUS_COLOURS[status], f'{label(status)} {share:.0%}')
-                key.tooltip(MEANINGS[status])
+                key.tooltip(_meaning(status, profile))
+
+
+def _meaning(status: Status, profile: ThicknessProfile) -> str:
+    """Return what a status means, and its most frequent cause in a profile."""
+    counts = np.bincount(profile.cause[profile.status == status], minlength=1)
+    counts[Cause.NONE] = 0
+    if not counts.any():
+        return MEANINGS[status]
+    return f'mostly, {cause_in_words(Cause(int(counts.argmax())))}'

@@ -9,7 +9,13 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
-from bpc_perception.display.wording import advice_in_words, label, MEANINGS
+from bpc_perception.display.wording import (
+    advice_in_words,
+    cause_counts,
+    CAUSES,
+    label,
+    MEANINGS,
+)
 from bpc_perception.report.figures.deviation_map import map_figure
 from bpc_perception.report.figures.histogram import histogram_figure
 from bpc_perception.report.figures.image import data_uri, image_figure
@@ -44,6 +50,7 @@ def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None 
         summary=summary, advice_words=advice_in_words(advice),
         statuses=[(status.name, label(status), STATUS_COLOURS[status], MEANINGS[status])
                   for status in Status],
+        causes=[(*CAUSES[cause], count) for cause, count in cause_counts(profile).items()],
         layers=layer_choices(profile),
         aspect=f'{result.capture.camera.width} / {result.capture.camera.height}',
         reference='median' if targets is None else 'target',

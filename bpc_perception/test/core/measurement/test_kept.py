@@ -10,6 +10,7 @@ from perception_builders import path_through
 from bpc_perception.core.measurement.kept import Kept
 from bpc_perception.core.measurement.layered import away_from_above, with_covered
 from bpc_perception.core.measurement.samples import Samples, unseen
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.profile import Status
 
 MM = 1e-3
@@ -19,7 +20,9 @@ PATH = path_through(np.column_stack((np.arange(COUNT) * MM, np.zeros((COUNT, 2))
 
 def samples(status: list[Status], sigma: list[float]) -> Samples:
     """Samples of which only status and sigma matter."""
-    return replace(unseen(len(status)), status=np.array(status, np.uint8), sigma=np.array(sigma))
+    found = np.array(status, np.uint8)
+    return replace(unseen(len(status)), verdicts=Verdicts(found, np.zeros_like(found)),
+                   sigma=np.array(sigma))
 
 
 def test_the_best_look_is_kept() -> None:

@@ -33,6 +33,15 @@ from bpc_perception.core.measurement.cross_section.method import (
     look_for_ink,
     measure_cross_sections,
 )
+from bpc_perception.core.measurement.cross_section.reach import (
+    farther_ones,
+    follows_path,
+    LEAST_GAIN,
+    LEAST_LOST,
+    lost,
+    Reach,
+    told,
+)
 from bpc_perception.core.measurement.cross_section.tiles import (
     changes,
     picture,
@@ -45,10 +54,11 @@ from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_window
 from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.measurement.track import Track
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.layers import LayerFinder
 from bpc_perception.core.path.tangents import typical_spacing
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.profile import Cause, Status
 
 MOVED_PX = 0.1  # a camera that shifts the picture by more has moved
 MOST_ANEW = 0.5  # share of the path; if more of it is to be measured, all is
@@ -165,20 +175,57 @@ class PrintMemory:
         last: one reduced picture, and results; None = nothing.
         layers: which ink of the print lies on which.
         kept: what was found of each sample; None = nothing.
+        reach: how far from the path edges are looked for.
     """
 
     def __init__(self) -> None:
         self.last: _Remembered | None = None
         self.layers = LayerFinder()
         self.kept: Kept | None = None
+        self.reach = Reach()
 
 
 def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessConfig,
                         memory: PrintMemory) -> Samples:
-    """Measure a track by cross-sections, which are no closer together than pixels.
+    """Measure a track by cross-sections, as far from the path as its beads are wide.
 
     The memory is used, and replaced by what is known now.
     """
+    samples = measure_once_a_pixel(view, track, bed, memory.reach.applied(config), memory)
+    if memory.reach.may_be_too_near(samples):
+        samples = measure_farther(view, track, bed, config, memory, samples)
+    return samples
+
+
+def measure_farther(view: View, track: Track, bed: Plane, config: ThicknessConfig,
+                    memory: PrintMemory, samples: Samples) -> Samples:
+    """Measure a track with farther reaches; return the samples of the one that tells most.
+
+    Its results and its reach are remembered.
+
+    Args:
+        view: the capture.
+        track: P points of a path.
+        bed: plane of the bed.
+        config: how to measure.
+        memory: of the captures before.
+        samples: as they are with the reach so far.
+    """
+    memory.reach = replace(memory.reach, tried_at=len(track))
+    for length in farther_ones(view, track.points, memory.reach.applied(config)):
+        reach, trial = Reach(length, len(track)), PrintMemory()
+        found = measure_once_a_pixel(view, track, bed, reach.applied(config), trial)
+        gain = told(found).mean() - told(samples).mean()
+        if gain > LEAST_GAIN and follows_path(found, samples, track):
+            samples, memory.reach, memory.last = found, reach, trial.last
+            if lost(found).mean() <= LEAST_LOST:
+                break
+    return samples
+
+
+def measure_once_a_pixel(view: View, track: Track, bed: Plane, config: ThicknessConfig,
+                         memory: PrintMemory) -> Samples:
+    """Measure a track by cross-sections, which are no closer together than pixels."""
     pixels_apart = view.pixel_size(track.points) / typical_spacing(track.points)
     step = min(int(pixels_apart), len(track) // 3)
     if step <= 1:
@@ -189,11 +236,12 @@ def measure_across_path(view: View, track: Track, bed: Plane, config: ThicknessC
 
 
 def look_across_travel(view: View, track: Track, index: Index, bed: Plane,
-                       config: ThicknessConfig, memory: PrintMemory) -> StatusArray:
+                       config: ThicknessConfig, memory: PrintMemory) -> Verdicts:
     """Return what is seen at travel points of a track (K,), once ink is known by its strokes."""
     if memory.last is None or memory.last.results.known is None:
-        return np.full(len(index), Status.NO_DATA, np.uint8)
-    return look_for_ink(view, track, bed, config, index, memory.last.results.known.contrast)
+        return Verdicts.all_of(len(index), Status.NO_DATA, Cause.INK_UNKNOWN)
+    return look_for_ink(view, track, bed, memory.reach.applied(config), index,
+                        memory.last.results.known.contrast)
 
 
 def measure_incrementally(view: View, track: Track, bed: Plane, config: ThicknessConfig,

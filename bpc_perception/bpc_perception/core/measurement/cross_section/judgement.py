@@ -8,7 +8,7 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats
 from bpc_perception.core.filters import masked_median, running_median
-from bpc_perception.core.measurement.cross_section.appearance.appearance import Appearance
+from bpc_perception.core.measurement.cross_section.appearance.appearance import Appearance, UNTOLD
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.passes import (
     meets_other_pass,
@@ -23,8 +23,9 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
     SAMPLE_STEP_PX,
     Sections,
 )
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.profile import Cause, CauseArray, Status
 
 HALF = 0.5  # share of ink at an edge
 # A share this near to half is the end of a run of ink: it is neither ink nor bed.
@@ -55,16 +56,17 @@ class Middle:
     bare: Flags
 
 
-def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, noisy: Flags,
-          ending: Flags) -> StatusArray:
-    """Return what is known of each sample, as values of Status (N,).
+def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, untold: CauseArray,
+          faint: Flags, ending: Flags) -> Verdicts:
+    """Return what is known of each sample.
 
     Args:
         sections: N sections with M samples each.
         ink: (N, M) share of ink in each sample, NaN = not seen.
         left: edges on the left.
         right: edges on the right.
-        noisy: (N,) whether the image is too noisy to tell ink from bed.
+        untold: (N,) why ink is not told from bed; NONE = it is.
+        faint: (N,) whether there is so much noise that an edge may be lost in it.
         ending: (N,) whether ink begins or ends within half a pixel along the path.
     """
     width = left.distance + right.distance
@@ -76,20 +78,25 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, noisy: Fla
     crossing = (meets_other_pass(sections, typical, inked) | left.joined | right.joined
                 | reaches_other_part(sections, left.distance, right.distance, typical))
     on_path = sections.on_path
-    # The first condition that holds counts.
-    conditions = (
-        (sections.hidden[:, on_path], Status.OCCLUDED),
-        (~sections.inside[:, on_path] | ~sections.depth, Status.NO_DATA),
-        (inked & crossing, Status.JUNCTION),
-        (noisy, Status.LOW_CONFIDENCE),
-        (inked & (left.hidden | right.hidden), Status.OCCLUDED),
-        (inked & (left.outside | right.outside), Status.NO_DATA),
-        (ending, Status.LOW_CONFIDENCE),
-        (inked & leans_over_gap(sections, gap & ~noisy), Status.LOW_CONFIDENCE),
-        (gap, Status.GAP),
-        (inked & np.isfinite(width), Status.MEASURED))
-    return np.select([holds for holds, _ in conditions], [status for _, status in conditions],
-                     Status.LOW_CONFIDENCE).astype(np.uint8)
+    told = untold == Cause.NONE
+    shining = inked & (np.isnan(ink) & sections.visible).any(axis=1)
+    return Verdicts.by_first((
+        (sections.hidden[:, on_path], Status.OCCLUDED, Cause.NONE),
+        (~sections.inside[:, on_path], Status.NO_DATA, Cause.OUTSIDE_IMAGE),
+        (~sections.depth, Status.NO_DATA, Cause.NO_DEPTH),
+        (inked & crossing, Status.JUNCTION, Cause.NONE),
+        *((untold == cause, Status.LOW_CONFIDENCE, cause) for cause in UNTOLD),
+        (inked & (left.hidden | right.hidden), Status.OCCLUDED, Cause.NONE),
+        (inked & (left.outside | right.outside), Status.NO_DATA, Cause.OUTSIDE_IMAGE),
+        (ending, Status.LOW_CONFIDENCE, Cause.INK_ENDS),
+        (inked & leans_over_gap(sections, gap & told), Status.LOW_CONFIDENCE, Cause.INK_ENDS),
+        (gap, Status.GAP, Cause.NONE),
+        (inked & np.isfinite(width), Status.MEASURED, Cause.NONE),
+        (shining | middle.glary, Status.LOW_CONFIDENCE, Cause.GLARE),
+        (inked & faint, Status.LOW_CONFIDENCE, Cause.FAINT_EDGES),
+        (inked, Status.LOW_CONFIDENCE, Cause.NO_EDGE),
+        (middle.bare, Status.LOW_CONFIDENCE, Cause.RAISED)),
+        Verdicts.all_of(len(width), Status.LOW_CONFIDENCE, Cause.PARTLY_INK))
 
 
 def typical_width(width: Array, sections: Sections) -> Array:

@@ -19,6 +19,7 @@ from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.appearance.appearance import (
     Appearance,
     find_appearance,
+    UNTOLD,
 )
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.appearance.ink import ink_share
@@ -40,10 +41,12 @@ from bpc_perception.core.measurement.samples import Samples
 from bpc_perception.core.measurement.scale import steady_step
 from bpc_perception.core.measurement.side_points import SidePoints
 from bpc_perception.core.measurement.track import Track
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.profile import Cause, Status
 
 LIGHT_WIDTH_PX = 10.0  # of the bead for which ``light_sigma`` is given
+FEW_PIXELS = 6.0  # across a bead; its edges are not seen apart
 
 
 @dataclass(frozen=True)
@@ -78,14 +81,14 @@ class Picture:
 
     Attributes:
         left, right: the edges.
-        status: (N,) values of Status.
+        verdicts: what it says of each.
         contrast: of ink and bed; None = nothing is told apart.
         ink: (N, M) share of ink in each sample.
     """
 
     left: Edges
     right: Edges
-    status: StatusArray
+    verdicts: Verdicts
     contrast: Contrast | None
     ink: Floats
 
@@ -109,16 +112,19 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
                            known.contrast if known is not None else None)
     left, right, lean = picture.left, picture.right, lean_to_left(view, sections, bed.normal)
     feet = known.feet if known is not None else find_feet(
-        sections, picture.ink, left, right, lean, picture.status == Status.MEASURED)
+        sections, picture.ink, left, right, lean, picture.verdicts.status == Status.MEASURED)
     (left_shift, left_sigma), (right_shift, right_sigma) = feet.outward(lean), feet.outward(-lean)
-    sigma = np.hypot(width_sigma(left, right, sections.pixel, config.cross_section),
-                     (left_sigma + right_sigma) * sections.pixel)
+    doubt = width_doubt(left, right, sections.pixel, config.cross_section)
+    doubt[Cause.UNSURE_FEET] = (left_sigma + right_sigma) * sections.pixel
+    sigma = np.sqrt(sum(part**2 for part in doubt.values()))
     sides = points_beside(sections, left.distance + left_shift * sections.pixel,
                           right.distance + right_shift * sections.pixel)
-    status = without_unsure(picture.status, sigma, sides.left_distance + sides.right_distance,
-                            config.cross_section)
+    width = sides.left_distance + sides.right_distance
+    verdicts = without_unsure(picture.verdicts, doubt,
+                              sigma <= config.cross_section.maximum_sigma * width,
+                              width < FEW_PIXELS * sections.pixel)
     return CrossSections(
-        Samples(sides, status, sigma, sizes_on_bed(sections, sides, sigma, bed),
+        Samples(sides, verdicts, sigma, sizes_on_bed(sections, sides, sigma, bed),
                 np.full(len(index), view.number)),
         Known(picture.contrast, feet) if picture.contrast is not None else None)
 
@@ -138,14 +144,15 @@ def read_picture(view: View, sections: Sections, extruding: Flags, bed: Plane,
     appearance = appearance_along(sections, extruding, known)
     ink = ink_share(sections, appearance)
     right, left = find_edges(sections, appearance.noise, ink)
-    status = judge(sections, ink, left, right,
-                   noisy=appearance.noise > config.cross_section.maximum_noise,
-                   ending=ends_within_pixel(view, sections, appearance, bed.normal))
-    return Picture(left, right, status, appearance.contrast, ink)
+    most = config.cross_section.maximum_noise
+    verdicts = judge(sections, ink, left, right, untold=appearance.untold(most),
+                     faint=appearance.noise > most / 2,
+                     ending=ends_within_pixel(view, sections, appearance, bed.normal))
+    return Picture(left, right, verdicts, appearance.contrast, ink)
 
 
 def look_for_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,
-                 known: Contrast) -> StatusArray:
+                 known: Contrast) -> Verdicts:
     """Return whether ink is seen at travel points of a track (K,): OOZE, BARE, or why neither.
 
     Arguments are as for ``measure_cross_sections``. A string is thin: what lies right below the
@@ -156,13 +163,17 @@ def look_for_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, 
     middle = look_at_middle(sections, ink_share(sections, appearance),
                             np.full(len(index), np.nan))
     on_path = sections.on_path
-    # The first condition that holds counts.
-    return np.select(
-        [sections.hidden[:, on_path], ~sections.inside[:, on_path] | ~sections.depth,
-         appearance.noise > config.cross_section.maximum_noise, middle.inked,
-         middle.bare & ~sections.raised],
-        [Status.OCCLUDED, Status.NO_DATA, Status.LOW_CONFIDENCE, Status.OOZE, Status.BARE],
-        Status.LOW_CONFIDENCE).astype(np.uint8)
+    untold = appearance.untold(config.cross_section.maximum_noise)
+    return Verdicts.by_first(
+        [(sections.hidden[:, on_path], Status.OCCLUDED, Cause.NONE),
+         (~sections.inside[:, on_path], Status.NO_DATA, Cause.OUTSIDE_IMAGE),
+         (~sections.depth, Status.NO_DATA, Cause.NO_DEPTH),
+         *((untold == cause, Status.LOW_CONFIDENCE, cause) for cause in UNTOLD),
+         (middle.inked, Status.OOZE, Cause.NONE),
+         (middle.bare & ~sections.raised, Status.BARE, Cause.NONE),
+         (middle.bare, Status.LOW_CONFIDENCE, Cause.RAISED),
+         (middle.glary, Status.LOW_CONFIDENCE, Cause.GLARE)],
+        Verdicts.all_of(len(index), Status.LOW_CONFIDENCE, Cause.PARTLY_INK))
 
 
 def appearance_along(sections: Sections, extruding: Flags, known: Contrast | None) -> Appearance:
@@ -180,21 +191,35 @@ def points_beside(sections: Sections, left: Array, right: Array) -> SidePoints:
                       sections.foot - right[:, None] * sections.lateral, left, right)
 
 
-def without_unsure(status: StatusArray, sigma: Array, width: Array,
-                   config: CrossSectionConfig) -> StatusArray:
-    """Return the status (N,) of samples, of which too unsure widths (N,) are not told."""
-    unsure = (status == Status.MEASURED) & ~(sigma <= config.maximum_sigma * width)
-    return np.where(unsure, Status.LOW_CONFIDENCE, status).astype(np.uint8)
+def without_unsure(verdicts: Verdicts, doubt: dict[Cause, Array], sure: Flags,
+                   narrow: Flags) -> Verdicts:
+    """Return what is known of N samples, of which widths that are not sure (N,) are not told.
+
+    Args:
+        verdicts: of the samples.
+        doubt: (N,) parts of the widths' 1-sigma uncertainty [m]; the largest is the cause.
+        sure: (N,) whether a width is sure enough to be told.
+        narrow: (N,) whether it has so few pixels that this is the cause in any case.
+    """
+    unsure = (verdicts.status == Status.MEASURED) & ~sure
+    largest = np.argmax(np.stack([np.nan_to_num(part, nan=np.inf) for part in doubt.values()]),
+                        axis=0)
+    return Verdicts.by_first(
+        [(unsure & narrow, Status.LOW_CONFIDENCE, Cause.FEW_PIXELS),
+         *((unsure & (largest == place), Status.LOW_CONFIDENCE, cause)
+           for place, cause in enumerate(doubt))], verdicts)
 
 
-def width_sigma(left: Edges, right: Edges, pixel: float, config: CrossSectionConfig) -> Array:
-    """Return the 1-sigma uncertainty (N,) of the width between two edges [m].
+def width_doubt(left: Edges, right: Edges, pixel: float,
+                config: CrossSectionConfig) -> dict[Cause, Array]:
+    """Return the 1-sigma uncertainty (N,) of the width between two edges in its parts [m].
 
-    It has three parts: the noise of both edges; what sampling leaves; and the light on the bead,
-    which shades its edges and shines on its ridge. The fewer pixels the bead has, the less of that
-    is seen apart.
+    There is the noise of both edges; what sampling leaves; and the light on the bead, which shades
+    its edges and shines on its ridge. The fewer pixels the bead has, the less of that is seen
+    apart.
     """
     noise = config.noise_gain * np.hypot(left.sigma, right.sigma)
     width = left.distance + right.distance
     narrow = config.light_sigma * (LIGHT_WIDTH_PX * pixel / width) ** 2
-    return np.sqrt(noise**2 + (config.edge_sigma * pixel) ** 2 + (narrow * pixel) ** 2)
+    return {Cause.FAINT_EDGES: noise,
+            Cause.FEW_PIXELS: pixel * np.hypot(config.edge_sigma, narrow)}

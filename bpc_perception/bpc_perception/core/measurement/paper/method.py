@@ -25,9 +25,10 @@ from bpc_perception.core.measurement.paper.visibility import (
 )
 from bpc_perception.core.measurement.samples import Samples, Sizes
 from bpc_perception.core.measurement.track import Track
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.tangents import tangents
-from bpc_perception.core.profile import Status
+from bpc_perception.core.profile import Cause, Status
 
 
 def measure_as_published(view: View, track: Track, bed: Plane,
@@ -45,13 +46,13 @@ def measure_as_published(view: View, track: Track, bed: Plane,
     seen = visibility(view, bed, obstacle, points, round(config.obstacle_margin))
     # The outline of an obstacle among the print merges with that of the print.
     among = np.full(len(points), obstacle_near_path(obstacle, view, points))
-    # The first condition that holds counts.
-    status = np.select(
-        [seen != Status.MEASURED, among, containing < 0, one_sided],
-        [seen, Status.LOW_CONFIDENCE, Status.GAP, Status.LOW_CONFIDENCE],
-        Status.MEASURED).astype(np.uint8)
+    verdicts = Verdicts.by_first(
+        [((seen.status == Status.MEASURED) & holds, status, cause) for holds, status, cause in (
+            (among, Status.LOW_CONFIDENCE, Cause.OBSTACLE),
+            (containing < 0, Status.GAP, Cause.NONE),
+            (one_sided, Status.LOW_CONFIDENCE, Cause.NO_EDGE))], seen)
     distance = np.linalg.norm(points - view.viewpoint, axis=1)
-    return Samples(sides, status, pixel_edge_sigma(distance, view.capture.camera.focal_length),
+    return Samples(sides, verdicts, pixel_edge_sigma(distance, view.capture.camera.focal_length),
                    Sizes.unknown(len(points)), np.full(len(points), view.number))
 
 

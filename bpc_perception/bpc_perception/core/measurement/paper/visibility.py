@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.geometry import Plane
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.profile import Cause, Status
 
 Mask = NDArray[np.uint8]
 
@@ -36,8 +37,8 @@ def obstacle_near_path(obstacle: Mask, view: View, points: Array) -> bool:
 
 
 def visibility(view: View, bed: Plane, obstacle: Mask, points: Array,
-               margin: int) -> StatusArray:
-    """Return what keeps the bed below path points (N, 3) from being judged, as Status (N,).
+               margin: int) -> Verdicts:
+    """Return what keeps the bed below path points (N, 3) from being judged.
 
     MEASURED = nothing; NO_DATA = outside the image, or no depth around; OCCLUDED = an obstacle
     stands in front, or within the margin.
@@ -53,11 +54,13 @@ def visibility(view: View, bed: Plane, obstacle: Mask, points: Array,
     uv = view.pixels(bed.project(points))
     inside = np.flatnonzero(np.isfinite(uv).all(axis=1) & camera.contains(uv))
     u, v = np.rint(uv[inside]).astype(np.intp).T
-    status = np.full(len(points), Status.NO_DATA, np.uint8)
+    result = Verdicts.all_of(len(points), Status.NO_DATA, Cause.OUTSIDE_IMAGE)
     known = dilate(np.isfinite(view.capture.cloud[..., 2]).astype(np.uint8), DEPTH_REACH_PX)
-    status[inside[known[v, u] > 0]] = Status.MEASURED
-    status[inside[dilate(obstacle, margin)[v, u] > 0]] = Status.OCCLUDED
-    return status
+    count = len(inside)
+    return result.with_part(inside, Verdicts.by_first(
+        [(dilate(obstacle, margin)[v, u] > 0, Status.OCCLUDED, Cause.NONE),
+         (known[v, u] > 0, Status.MEASURED, Cause.NONE)],
+        Verdicts.all_of(count, Status.NO_DATA, Cause.NO_DEPTH)))
 
 
 def dilate(mask: Mask, margin: int) -> Mask:

@@ -31,7 +31,7 @@ from bpc_perception.core.measurement.cross_section.judgement import (
 from bpc_perception.core.measurement.cross_section.passes import meets_other_pass
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 from bpc_perception.core.measurement.view import View
-from bpc_perception.core.profile import Status
+from bpc_perception.core.profile import Cause, CauseArray, Status
 
 MM = 1e-3
 COUNT, SAMPLE = 41, 20  # sections, and the one looked at
@@ -76,15 +76,22 @@ class Scene:
     ink: Floats = field(default_factory=lambda: np.tile(band(WIDTH / 2), (COUNT, 1)))
     left: Edges = field(default_factory=edges)
     right: Edges = field(default_factory=edges)
-    noisy: Flags = field(default_factory=lambda: np.zeros(COUNT, bool))
+    untold: CauseArray = field(default_factory=lambda: np.zeros(COUNT, np.uint8))
+    faint: Flags = field(default_factory=lambda: np.zeros(COUNT, bool))
     ending: Flags = field(default_factory=lambda: np.zeros(COUNT, bool))
 
     def judged(self) -> Status:
         """What is known of the sample looked at; all others are as they should be."""
-        status = judge(self.sections, self.ink, self.left, self.right, self.noisy, self.ending)
-        others = np.delete(status, SAMPLE)
-        assert set(others.tolist()) == {Status.MEASURED}
-        return Status(int(status[SAMPLE]))
+        return self.verdict()[0]
+
+    def verdict(self) -> tuple[Status, Cause]:
+        """The same, with its cause."""
+        found = judge(self.sections, self.ink, self.left, self.right, self.untold, self.faint,
+                      self.ending)
+        others = found.of(np.delete(np.arange(COUNT), SAMPLE))
+        assert set(others.status.tolist()) == {Status.MEASURED}
+        assert not others.cause.any()
+        return Status(int(found.status[SAMPLE])), Cause(int(found.cause[SAMPLE]))
 
     def sample_is(self, ink: Floats) -> Scene:
         """This scene with that ink at the sample."""
@@ -114,12 +121,17 @@ def lose_depth(scene: Scene) -> None:
     scene.sections.depth[SAMPLE] = False
 
 
+def confuse(scene: Scene) -> None:
+    """Let ink not be told from the bed."""
+    scene.untold[SAMPLE] = Cause.LOW_CONTRAST
+
+
 # From the one that counts before all others to the one that counts last.
 AMISS = {
     'path hidden': (hide_path, Status.OCCLUDED),
     'path outside': (leave_image, Status.NO_DATA),
     'joined on the left': (set_flag(lambda scene: scene.left.joined), Status.JUNCTION),
-    'noisy': (set_flag(lambda scene: scene.noisy), Status.LOW_CONFIDENCE),
+    'noisy': (confuse, Status.LOW_CONFIDENCE),
     'right edge hidden': (set_flag(lambda scene: scene.right.hidden), Status.OCCLUDED),
     'left edge outside': (set_flag(lambda scene: scene.left.outside), Status.NO_DATA),
     'ending': (set_flag(lambda scene: scene.ending), Status.LOW_CONFIDENCE),
@@ -130,6 +142,11 @@ ALIKE = {
     'joined on the right': (set_flag(lambda scene: scene.right.joined), Status.JUNCTION),
     'left edge hidden': (set_flag(lambda scene: scene.left.hidden), Status.OCCLUDED),
     'right edge outside': (set_flag(lambda scene: scene.right.outside), Status.NO_DATA),
+}
+CAUSES = {
+    'path outside': Cause.OUTSIDE_IMAGE, 'noisy': Cause.LOW_CONTRAST,
+    'left edge outside': Cause.OUTSIDE_IMAGE, 'ending': Cause.INK_ENDS,
+    'no depth': Cause.NO_DEPTH, 'right edge outside': Cause.OUTSIDE_IMAGE,
 }
 
 
@@ -151,7 +168,7 @@ def test_what_is_amiss_is_the_reason(name: str) -> None:
     scene = Scene()
     change, status = (AMISS | ALIKE)[name]
     change(scene)
-    assert scene.judged() == status
+    assert scene.verdict() == (status, CAUSES.get(name, Cause.NONE))
 
 
 @pytest.mark.parametrize(('first', 'second'), list(combinations(AMISS, 2)))
@@ -183,7 +200,11 @@ def test_what_lies_beyond_a_gap_does_not_matter(name: str) -> None:
 def test_without_an_edge_nothing_is_measured() -> None:
     scene = Scene()
     scene.left.distance[SAMPLE] = np.nan
-    assert scene.judged() == Status.LOW_CONFIDENCE
+    assert scene.verdict() == (Status.LOW_CONFIDENCE, Cause.NO_EDGE)
+    scene.faint[SAMPLE] = True
+    assert scene.verdict() == (Status.LOW_CONFIDENCE, Cause.FAINT_EDGES)
+    scene.ink[SAMPLE, -3] = np.nan  # what shines there may be bed
+    assert scene.verdict() == (Status.LOW_CONFIDENCE, Cause.GLARE)
 
 
 @pytest.mark.parametrize(('share', 'status'), [
@@ -229,7 +250,12 @@ def test_from_which_share_there_is_ink_in_a_gap(share: float, status: Status) ->
 def test_what_stands_above_the_bed_is_no_gap() -> None:
     scene = Scene().sample_is(band(0.0, 0.0))
     scene.sections.raised[SAMPLE] = True
-    assert scene.judged() == Status.LOW_CONFIDENCE
+    assert scene.verdict() == (Status.LOW_CONFIDENCE, Cause.RAISED)
+
+
+def test_what_is_neither_ink_nor_bed_says_so() -> None:
+    scene = Scene().sample_is(band(WIDTH / 2, 0.5))
+    assert scene.verdict() == (Status.LOW_CONFIDENCE, Cause.PARTLY_INK)
 
 
 def test_the_width_to_be_expected_is_the_median_within_5_mm() -> None:
@@ -268,9 +294,10 @@ def test_a_ridge_that_leans_by_less_than_a_tenth_of_a_pixel_hides_nothing(
     (False, Status.LOW_CONFIDENCE), (True, Status.MEASURED)])
 def test_what_leans_over_a_gap_is_not_measured(noisy: bool, before: Status) -> None:
     scene = Scene().sample_is(band(0.0, 0.0))
-    scene.noisy[SAMPLE] = noisy  # then it is no gap
+    scene.untold[SAMPLE] = Cause.LOW_CONTRAST if noisy else Cause.NONE  # then it is no gap
     sections = replace(scene.sections, lean=np.full(COUNT, 0.011 * MM))
-    status = judge(sections, scene.ink, scene.left, scene.right, scene.noisy, scene.ending)
+    status = judge(sections, scene.ink, scene.left, scene.right, scene.untold,
+                   scene.faint, scene.ending).status
     assert status[SAMPLE - 1] == before
     assert status[SAMPLE] == (Status.LOW_CONFIDENCE if noisy else Status.GAP)
 
@@ -310,7 +337,8 @@ def test_ink_ends_within_half_a_pixel_along_the_path(spot: int, wide: bool) -> N
     step = np.subtract(INK, BED).astype(float)
     appearance = Appearance(
         bed=np.tile(np.array(BED, float), (2, 6, 1)), weight=np.tile(step / (step @ step), (6, 1)),
-        noise=np.zeros(6), glare_from=np.full((2, 6), np.inf), contrast=None)
+        noise=np.zeros(6), clipped=np.zeros(6, bool), like_ink=np.zeros(6, bool),
+        glare_from=np.full((2, 6), np.inf), contrast=None)
     found = ends_within_pixel(View(capture_of(image), DOWN), sections, appearance,
                               np.array((0.0, 0.0, 1.0)))
     assert found.tolist() == [False, False, not wide, not wide, False, False]

@@ -22,6 +22,7 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
     Sections,
 )
 from bpc_perception.core.measurement.scale import steady_window
+from bpc_perception.core.profile import Cause, CauseArray
 
 SECTIONS_ASKED = 100  # about this number tells how much colours vary
 # What is brighter than the bed is glare from this number of sigma, and from this share of the step
@@ -35,6 +36,10 @@ INKY_PIXEL = 0.6  # and a pixel
 FEW_INKY = 0.2  # of the sections around, with so few nothing that was laid stands out
 
 
+# Why ink is not told from bed.
+UNTOLD = Cause.OVEREXPOSED, Cause.OLD_INK, Cause.LOW_CONTRAST
+
+
 @dataclass(frozen=True)
 class Appearance:
     """What ink and bed look like at N sections.
@@ -43,6 +48,8 @@ class Appearance:
         bed: (2, N, 3) colours of the bed to the right and to the left.
         weight: (N, 3) how to weigh colour channels, so that a step from bed to ink is 1.
         noise: (N,) 1-sigma noise of a colour so weighed; large = ink is not told from bed.
+        clipped: (N,) whether a channel is clipped that tells ink from bed.
+        like_ink: (N,) whether the bed looks like ink of another print.
         glare_from: (2, N) brightness, the mean of red, green and blue, above which a sample is
             neither ink nor bed.
         contrast: of the whole print; None = nothing is told apart.
@@ -51,13 +58,21 @@ class Appearance:
     bed: Array
     weight: Array
     noise: Array
+    clipped: Flags
+    like_ink: Flags
     glare_from: Array
     contrast: Contrast | None
 
     def at(self, index: Index) -> Appearance:
         """Return the appearance at sections of these indices (K,)."""
         return Appearance(self.bed[:, index], self.weight[index], self.noise[index],
-                          self.glare_from[:, index], self.contrast)
+                          self.clipped[index], self.like_ink[index], self.glare_from[:, index],
+                          self.contrast)
+
+    def untold(self, maximum_noise: float) -> CauseArray:
+        """Return why ink is not told from bed (N,); NONE = it is, with no more noise than this."""
+        conditions = self.clipped, self.like_ink, self.noise > maximum_noise
+        return np.select(conditions, UNTOLD, Cause.NONE).astype(np.uint8)
 
 
 @dataclass(frozen=True)
@@ -102,11 +117,13 @@ def find_appearance(sections: Sections, extruding: Flags,
         some = pixels.some
         bed_spread = core_covariance(from_bed[some][pixels.beside[some]], BED_CORE)
         # bed_spread stays what it is: of what is left out the noise counts for nothing.
-        spread = bed_spread + np.diag(left_out(bed, centre))
+        spread = bed_spread + np.diag(left_out(bed, centre, bed_spread))
         typical = typical_step(step, spread, extruding)
     if not typical.any():  # nothing is seen there, or all of one colour
         unknown = np.full(len(step), np.inf)
-        return Appearance(bed, np.zeros_like(step), unknown, np.stack((unknown, unknown)), None)
+        none = np.zeros(len(step), bool)
+        return Appearance(bed, np.zeros_like(step), unknown, none, none,
+                          np.stack((unknown, unknown)), None)
 
     print_bed = known.bed if known is not None else np.nanmedian(bed.mean(axis=0), axis=0)
     # What varies within the ink, its shading, is seen only once it is known where ink is.
@@ -120,10 +137,11 @@ def find_appearance(sections: Sections, extruding: Flags,
         step = np.where(np.isfinite(ink), ink - bed.mean(axis=0), step)
         if known is None:
             spread = (bed_spread + _ink_spread(pixels, ink, ink_pixels)
-                      + np.diag(left_out(bed, ink)))
+                      + np.diag(left_out(bed, ink, bed_spread)))
     noise = np.sqrt(np.einsum('ni,ij,nj->n', weight, bed_spread, weight))
-    noise[looks_like_ink(sections, bed.mean(axis=0) - print_bed, inky, typical, spread)
-          | clipped_where_used(bed, ink, weight, local)] = np.inf
+    like_ink = looks_like_ink(sections, bed.mean(axis=0) - print_bed, inky, typical, spread)
+    clipped = clipped_where_used(bed, ink, bed_spread, weight, local)
+    noise[like_ink | clipped] = np.inf
     # On ink brighter than its bed, what is brighter still is no less ink. Bed is darkened by ink
     # close to it, and by how much differs.
     brightest = np.maximum(bed, open_bed).mean(axis=2)
@@ -132,7 +150,7 @@ def find_appearance(sections: Sections, extruding: Flags,
     glare_from = np.where(step_up > 0, brightest + excess, np.inf)
     contrast = known or Contrast(float(sections.clearance.max()) / 2, print_bed, typical,
                                  bed_spread, spread)
-    return Appearance(bed, weight, noise, glare_from, contrast)
+    return Appearance(bed, weight, noise, clipped, like_ink, glare_from, contrast)
 
 
 def once_a_pixel(sections: Sections) -> _Pixels:

@@ -52,8 +52,9 @@ from bpc_perception.core.measurement.cross_section.size import (
 )
 from bpc_perception.core.measurement.samples import Samples, Sizes
 from bpc_perception.core.measurement.track import Track
+from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
-from bpc_perception.core.profile import Status, StatusArray
+from bpc_perception.core.profile import Cause, Status
 
 LOOSE_FOOT_SIGMA_M = 5e-4  # of the height of a bead's foot, as the nozzle tells it
 
@@ -123,8 +124,8 @@ def at_feet(edges: Edges, shapes: Shapes, slope: Array) -> Edges:
 
 
 def judged(sections: Sections, picture: Picture, widths: Widths, height: Array,
-           gap: Flags) -> StatusArray:
-    """Return what is known of each sample, as values of Status (N,).
+           gap: Flags) -> Verdicts:
+    """Return what is known of each sample.
 
     Args:
         sections: N sections.
@@ -133,11 +134,14 @@ def judged(sections: Sections, picture: Picture, widths: Widths, height: Array,
         height: (N,) of them above what lay there before [m].
         gap: (N,) whether ink is missing.
     """
-    unseen = np.isin(picture.status, (Status.OCCLUDED, Status.NO_DATA))
+    seen = picture.verdicts
+    unseen = np.isin(seen.status, (Status.OCCLUDED, Status.NO_DATA))
     crossing = meets_other_pass(sections, widths.width, np.ones(len(unseen), bool))
     # Of hardly any height, it is the ink below that is so wide.
     known = height[np.isfinite(height)]
     sure = widths.sure & ~(height < LEAST_TOP * (np.median(known) if len(known) else 0.0))
-    return np.select([unseen, crossing, gap, sure],
-                     [picture.status, Status.JUNCTION, Status.GAP, Status.MEASURED],
-                     Status.LOW_CONFIDENCE).astype(np.uint8)
+    told = Verdicts.by_first(
+        [(crossing, Status.JUNCTION, Cause.NONE), (gap, Status.GAP, Cause.NONE),
+         (sure, Status.MEASURED, Cause.NONE)],
+        Verdicts.all_of(len(unseen), Status.LOW_CONFIDENCE, Cause.ON_INK))
+    return told.with_part(np.flatnonzero(unseen), seen.of(np.flatnonzero(unseen)))

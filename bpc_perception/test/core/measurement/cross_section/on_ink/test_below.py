@@ -30,7 +30,7 @@ def two_layers() -> Track:
     layer = np.repeat((0, 1), COUNT)
     points = np.column_stack((x, 0 * x, MM + layer * 0.4 * MM))
     arc = np.arange(len(x)) * 0.2 * MM
-    return Track('print', arc, points, np.ones(len(x), bool), layer, arc, layer)
+    return Track('print', arc, points, np.ones(len(x), bool), 0 * arc, layer, arc, layer)
 
 
 def laid(known: int) -> Samples:
@@ -40,7 +40,7 @@ def laid(known: int) -> Samples:
     sides[:, 1:] = MM * np.array((1.0, SLOPE))
     sides[BED_STEP * known:] = np.nan
     samples.status[:COUNT] = Status.MEASURED
-    return Samples(SidePoints(sides, -sides, sides[:, 1], sides[:, 1]), samples.status,
+    return Samples(SidePoints(sides, -sides, sides[:, 1], sides[:, 1]), samples.verdicts,
                    samples.sigma, samples.sizes, samples.seen_in)
 
 
