@@ -128,7 +128,8 @@ def on_one_layer(count: int) -> dict[str, NDArray[Any]]:
     unknown = np.full(count, np.nan)
     return {'layer': np.zeros(count, np.intp), 'seen_in': np.zeros(count, np.intp),
             'height': unknown, 'height_sigma': unknown, 'area': unknown, 'area_sigma': unknown,
-            'commanded_area': unknown, 'cause': np.zeros(count, np.uint8)}
+            'commanded_area': unknown, 'cause': np.zeros(count, np.uint8),
+            'shift': np.full(3, np.nan), 'tip_height': np.nan}
 
 
 def one_piece(count: int) -> Index:

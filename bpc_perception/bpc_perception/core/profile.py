@@ -13,6 +13,7 @@ from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.filters import runs
 from bpc_perception.core.stroke_ends import Strokes, StrokeSamples
 
+LEAST_CLEARANCE_M = 1e-3  # that the nozzle may have above the bed, however narrow the bead
 StatusArray = NDArray[np.uint8]
 CauseArray = NDArray[np.uint8]
 
@@ -51,6 +52,7 @@ class Cause(IntEnum):
     OVER_STROKE = 15
     INK_UNKNOWN = 16
     OBSTACLE = 17
+    OFF_PATH = 18
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,10 @@ class ThicknessProfile:
         commanded_area: (N,) volume of ink that was commanded per length of path [m^2]; NaN = not
             known, 0 on travel.
         cause: (N,) values of Cause, uint8: why a sample is NO_DATA or LOW_CONFIDENCE.
+        shift: (3,) how far the ink lies from the path along the bed, in the base frame [m]; NaN =
+            nothing looked as if it did, or not told.
+        tip_height: median height above the bed at which the nozzle passed where it laid the first
+            layer [m]; NaN = not known.
         processing_time: from everything at hand to this result [s].
     """
 
@@ -146,6 +152,8 @@ class ThicknessProfile:
     seen_in: Index
     commanded_area: Array
     cause: CauseArray
+    shift: Array
+    tip_height: float
     processing_time: float
 
     @classmethod
@@ -156,7 +164,7 @@ class ThicknessProfile:
                    nothing.astype(bool), nothing.astype(np.intp), nothing.astype(np.uint8),
                    nothing, nothing, nothing, nothing, points, points, nothing.astype(np.intp),
                    nothing, nothing, nothing, nothing, nothing.astype(np.intp), nothing,
-                   nothing.astype(np.uint8), 0.0)
+                   nothing.astype(np.uint8), np.full(3, np.nan), np.nan, 0.0)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -234,17 +242,35 @@ class ThicknessProfile:
             offset_rms=float(np.sqrt(_mean(offset**2))))
 
     def off_path(self, maximum_offset: float) -> str:
-        """Return a warning if the deposit is farther off the path than this share of its width.
+        """Return why path and picture do not fit; empty = they do.
 
-        Empty = it is not.
+        Args:
+            maximum_offset: how far beside the path the deposit may lie, per its width.
         """
         found = self.summary
-        if not found.offset_rms > maximum_offset * found.thickness_mean:
-            return ''
-        return (f'offset: expected the deposit within {maximum_offset:.0%} of its width of the '
-                f'path, found it {1e3 * found.offset_rms:.2f} mm off (root mean square; '
-                f'{1e3 * found.offset_mean:+.2f} mm to the left on average); check the hand-eye '
-                'calibration and the nozzle offset')
+        width = found.thickness_mean
+        size = float(np.linalg.norm(self.shift))
+        # Where no width is told, as that far beside the path, the shift alone counts.
+        if size > maximum_offset * np.nan_to_num(width):
+            x, y, z = (1e3 * self.shift).tolist()
+            return (f'registration: expected the ink within {maximum_offset:.0%} of its width of '
+                    f'the path, found it {1e3 * size:.1f} mm beside: {x:+.1f}, {y:+.1f}, {z:+.1f} '
+                    'mm in the base frame; correct the nozzle offset if the nozzle was changed, '
+                    'else the hand-eye calibration by that; "bpc calibrate check" tells more')
+        if found.offset_rms > maximum_offset * width:
+            return (f'offset: expected the deposit within {maximum_offset:.0%} of its width of '
+                    f'the path, found it {1e3 * found.offset_rms:.2f} mm off (root mean square; '
+                    f'{1e3 * found.offset_mean:+.2f} mm to the left on average); check the '
+                    'hand-eye calibration and the nozzle offset')
+        # The clearance of a nozzle is less than a bead is wide, and never below the bed.
+        width = LEAST_CLEARANCE_M if np.isnan(width) else max(width, LEAST_CLEARANCE_M)
+        if self.tip_height > width or self.tip_height < -width / 2:
+            where = 'above' if self.tip_height > 0 else 'below'
+            return (f'path: expected the nozzle up to {1e3 * width:.1f} mm above the bed where it '
+                    f'lays ink, found it {1e3 * abs(self.tip_height):.1f} mm {where}; correct z '
+                    'of the nozzle offset if the nozzle was changed, else look at the base frame '
+                    'and the hand-eye calibration')
+        return ''
 
 
 def _length(extents: Array) -> float:

@@ -10,6 +10,7 @@ from bpc_perception.core.advice.advisor import Advisor
 from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.calibration.misfits import what_would_fit
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.capture.exposure import around, Exposure
 from bpc_perception.core.config import ThicknessConfig
@@ -170,12 +171,17 @@ class Session:
         try:
             profile = measure(capture, path, T_base_camera, self.config, number, self._memory,
                               self._ground)
-            advice = self._advisor.advise(profile, path, self.config.advice)
-            warnings = (profile.off_path(self.config.maximum_offset), self._ground.warning,
+            off_path = profile.off_path(self.config.maximum_offset)
+            advice = self._advisor.advise(profile, path, self.config.advice, bool(off_path))
+            # Beside its path, the ink of the print looks like that of another.
+            warnings = (off_path or self._ground.warning,
                         overexposed(capture, T_base_camera, profile),
                         self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         except MeasurementError as error:
-            return Result(capture, T_base_camera, refusal=str(error))
+            flange = self._poses.at(capture.stamp_ns, self.config.maximum_pose_gap)
+            return Result(capture, T_base_camera, refusal=str(error) + what_would_fit(
+                capture, path.until(capture.stamp_ns).points, self._hand_eye, T_base_camera,
+                flange))
         except Exception as error:  # a defect of ours must not end a print's feedback
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,

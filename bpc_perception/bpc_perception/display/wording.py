@@ -53,6 +53,7 @@ CAUSES = {
     Cause.OVER_STROKE: ('travel over a stroke: the ink is of the stroke', ''),
     Cause.INK_UNKNOWN: ('nothing is known of the ink yet', ''),
     Cause.OBSTACLE: ('something stands among the print', 'capture when it is gone'),
+    Cause.OFF_PATH: ('ink lies beside the path', 'correct the nozzle offset or the calibration'),
 }
 REASONS = {
     Reason.ON_TARGET: 'on target',

@@ -50,7 +50,8 @@ def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessPro
         ooze_count=summary.ooze_count, ooze_length=summary.ooze_length,
         bare_length=summary.bare_length, **_strokes_fields(profile.strokes),
         layer=_signed_field(profile.layer), seen_in=_signed_field(profile.seen_in),
-        cause=array('B', profile.cause.tobytes()),
+        cause=array('B', profile.cause.tobytes()), shift=profile.shift,
+        tip_height=profile.tip_height,
         **{name: floats_field(getattr(profile, name)) for name in SIZES})
 
 
@@ -114,4 +115,6 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
         layer=_of_each_sample(message, 'layer', np.intp, 0),
         seen_in=_of_each_sample(message, 'seen_in', np.intp, message.capture),
         cause=cause, **{name: _of_each_sample(message, name, float, np.nan) for name in SIZES},
+        shift=np.array(getattr(message, 'shift', (np.nan,) * 3), float),
+        tip_height=getattr(message, 'tip_height', np.nan),
         processing_time=message.processing_time)

@@ -199,7 +199,7 @@ class ClosedLoopModel:
             right=half - situation.offset, left_points=path.points, right_points=path.points,
             layer=first, height=blank, height_sigma=blank, area=blank, area_sigma=blank,
             seen_in=first, commanded_area=blank, cause=np.zeros(count, np.uint8),
-            processing_time=0.0)
+            shift=np.full(3, np.nan), tip_height=np.nan, processing_time=0.0)
 
     def _path(self, t: float) -> DepositionPath:
         """Return the path as recorded at time t [s]."""

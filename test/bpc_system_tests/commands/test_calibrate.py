@@ -170,12 +170,14 @@ def test_check_holds_on_the_sample() -> None:
 
 
 @pytest.mark.accuracy
-def test_check_finds_how_far_the_camera_was_moved(tmp_path: Path) -> None:
+@pytest.mark.parametrize('shift_mm', [(0.4, -0.3), (5.0, 0.0), (-3.0, 4.0)])
+def test_check_finds_how_far_the_camera_was_moved(tmp_path: Path,
+                                                  shift_mm: tuple[float, float]) -> None:
     file = tmp_path / 'moved.calib'
     shutil.copy(SAMPLE / 'hand_eye.calib', file)
     content = yaml.safe_load(file.read_text())
-    content['transform']['translation']['x'] += 4e-4
-    content['transform']['translation']['y'] -= 3e-4
+    content['transform']['translation']['x'] += shift_mm[0] * 1e-3
+    content['transform']['translation']['y'] += shift_mm[1] * 1e-3
     file.write_text(yaml.safe_dump(content))
     ended = run('calibrate', 'check', SAMPLE, '--handeye', file)
     assert ended.returncode == 1
@@ -183,5 +185,22 @@ def test_check_finds_how_far_the_camera_was_moved(tmp_path: Path) -> None:
     found = re.search(r'mm: ([-+.\d]+), ([-+.\d]+), ([-+.\d]+) mm in the base', ended.stdout)
     assert found is not None
     # The bed is about a degree off level.
-    np.testing.assert_allclose([float(value) for value in found.groups()], (0.4, -0.3, 0.0),
-                               atol=0.02)
+    np.testing.assert_allclose([float(value) for value in found.groups()], (*shift_mm, 0.0),
+                               atol=0.02 + 0.02 * max(map(abs, shift_mm)))
+
+
+@pytest.mark.accuracy
+def test_of_strokes_in_one_direction_a_large_shift_is_told_roughly(tmp_path: Path) -> None:
+    """Along them it is seen by their ends."""
+    bag = SAMPLE.parent / 'strokes'
+    file = tmp_path / 'moved.calib'
+    content = yaml.safe_load((bag / 'hand_eye.calib').read_text())
+    content['transform']['translation']['x'] += 5e-3
+    file.write_text(yaml.safe_dump(content))
+    ended = run('calibrate', 'check', bag, '--handeye', file)
+    assert ended.returncode == 1
+    assert 'FAIL the calibration is off' in ended.stdout
+    assert 'the shift is known roughly only' in ended.stderr
+    found = re.search(r'by ([.\d]+) ', ended.stdout)
+    assert found is not None
+    assert float(found.group(1)) == pytest.approx(5.0, abs=0.6)

@@ -22,6 +22,7 @@ BLOCKS_PER_PROFILE = 1000  # numbers of a profile's blocks begin at a multiple; 
 FEWEST_BLOCKS = 6
 LEAST_TURNING = 0.1  # share of the path that has to go another way than the rest
 LARGEST_SIGMA_M = 0.2e-3  # of the shift in its poorest direction
+ROUGH_SIGMA_M = 0.3e-3  # of a shift as it is seen at once
 
 
 @dataclass(frozen=True)
@@ -111,6 +112,20 @@ def offset(profiles: Sequence[ThicknessProfile]) -> Offset:
     return Offset(
         shift=fit.solution[0] * e1 + fit.solution[1] * e2, sigma=sigma,
         side=float(fit.solution[2]), scatter=float(np.sqrt(np.mean(fit.rest**2))), samples=count)
+
+
+def rough_offset(shift: Array) -> Offset:
+    """Return a shift (3,) that is seen at once, and no better [m]."""
+    return Offset(shift, ROUGH_SIGMA_M, side=np.nan, scatter=np.nan, samples=0)
+
+
+def rough_shift(profiles: Sequence[ThicknessProfile]) -> Array:
+    """Return how far the ink seems to lie from the path (3,), as far as it is seen at once [m].
+
+    0 where nothing looks as if it did.
+    """
+    shifts = [profile.shift for profile in profiles if np.isfinite(profile.shift).all()]
+    return np.asarray(np.median(shifts, axis=0)) if shifts else np.zeros(3)
 
 
 def _beads_of(profiles: Sequence[ThicknessProfile]) -> _Beads:

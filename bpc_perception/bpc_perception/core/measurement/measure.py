@@ -22,6 +22,11 @@ from bpc_perception.core.measurement.ground import Ground
 from bpc_perception.core.measurement.kept import Kept
 from bpc_perception.core.measurement.layered import measure_layers, Places
 from bpc_perception.core.measurement.paper.method import measure_as_published
+from bpc_perception.core.measurement.registration import (
+    register,
+    Registration,
+    without_misplaced,
+)
 from bpc_perception.core.measurement.samples import Samples, unseen
 from bpc_perception.core.measurement.track import Track, track_along
 from bpc_perception.core.measurement.travel import as_travel, look_at_travel
@@ -90,8 +95,9 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     shown = view.surrounds(path.points, config.cross_section.reach * VIEW_MARGIN)
     bed = bed_around(view, path.points[shown] if shown.any() else path.points)
     low = on_bed(path, bed, config.maximum_tip_height)
-    stroke = stroke_numbers(path, bed.height(path.points), low)
-    path, stroke, shown = path_on_bed(path, low), stroke[low], shown[low]
+    height = bed.height(path.points)
+    stroke = stroke_numbers(path, height, low)
+    path, stroke, shown = path_on_bed(path, low, float(np.median(height))), stroke[low], shown[low]
     memory = memory or PrintMemory()
     layer = memory.layers.layers(path, stroke, bed).layer
     expect_method_for_layers(layer, config.method)
@@ -105,7 +111,10 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
         if memory.kept is not None:
             samples = memory.kept.at(path).where_unseen(samples)
         memory.kept = Kept.of(path, samples)
-    return profile_of(samples, places, view, path, config.method, started)
+    layer = np.where(stroke > 0, layer, ON_TRAVEL)
+    registration = register(view, path.points, layer, samples, bed)
+    samples = without_misplaced(samples, stroke > 0, registration.shift)
+    return profile_of(samples, places, view, path, config.method, registration, started)
 
 
 def measure_one_layer(view: View, path: DepositionPath, places: Places, bed: Plane,
@@ -161,15 +170,18 @@ def bed_around(view: View, points: Array) -> Plane:
         raise MeasurementError(str(error)) from error
 
 
-def path_on_bed(path: DepositionPath, low: Flags) -> DepositionPath:
+def path_on_bed(path: DepositionPath, low: Flags, height: float) -> DepositionPath:
     """Return the path without the points (N,) at which the nozzle was lifted, or was lifting.
+
+    For the message, ``height`` is how high it usually was [m].
 
     Raises MeasurementError if nothing, or a single place, is left.
     """
     path = path if low.all() else path.where(low)
     if len(path) < 2:
-        raise MeasurementError('path: expected the nozzle at the bed, found it lifted all along'
-                               '; do nozzle_offset and calibration fit?')
+        raise MeasurementError('path: expected the nozzle at the bed, found it '
+                               f'{1e3 * height:.0f} mm above all along; do z of nozzle_offset, '
+                               'base frame and calibration fit?')
     if (path.points == path.points[0]).all():
         raise MeasurementError('path: expected a way along the bed, found one place'
                                '; capture when the nozzle has moved')
@@ -214,7 +226,7 @@ def measure_strokes(view: View, path: DepositionPath, stroke: Index, shown: Flag
 
 
 def profile_of(samples: Samples, places: Places, view: View, path: DepositionPath, method: str,
-               started: float) -> ThicknessProfile:
+               registration: Registration, started: float) -> ThicknessProfile:
     """Return the samples of a path as a profile; ``started`` is when measuring began [s]."""
     measured = samples.status == Status.MEASURED
     left, right, left_distance, right_distance, sigma, *sizes = (
@@ -236,4 +248,5 @@ def profile_of(samples: Samples, places: Places, view: View, path: DepositionPat
         height=height, height_sigma=height_sigma, area=area, area_sigma=area_sigma,
         commanded_area=commanded_area(path, places.stroke),
         seen_in=np.where(samples.status == Status.NO_DATA, -1, samples.seen_in),
+        shift=registration.shift, tip_height=registration.tip_height,
         processing_time=time.perf_counter() - started)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.geometry import invert
 from bpc_perception.core.robot.poses import PoseBuffer
 
 MOUNTS = {'eye_on_base': True, 'eye_in_hand': False}  # name to whether it is on the base
@@ -29,6 +30,16 @@ class HandEye:
     T_parent_camera: Array
     parent_frame: str = ''
     camera_frame: str = ''
+
+    def moved(self, shift: Array, T_base_camera: Array) -> HandEye:
+        """Return it with the camera moved by a shift (3,) in the base frame [m].
+
+        Of a camera in the hand that holds for the flange's orientation at a pose (4, 4) of it.
+        """
+        there = T_base_camera.copy()
+        there[:3, 3] += shift
+        T_parent_base = self.T_parent_camera @ invert(T_base_camera)
+        return replace(self, T_parent_camera=T_parent_base @ there)
 
     def contradiction(self, base_frame: str, camera_frame: str) -> str:
         """Return a warning if these frames have other names than in the calibration; empty = not.
