@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import logging
 
 from bpc_perception.core.advice.advisor import Advisor
+from bpc_perception.core.advice.rate_advice import Reason
 from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
@@ -25,6 +26,7 @@ from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
+from bpc_perception.core.watch.extruder_flag import extruder_contradiction
 
 MOST_CLIPPED = 0.2  # share of the picture around the path that may be overexposed
 
@@ -172,9 +174,12 @@ class Session:
             profile = measure(capture, path, T_base_camera, self.config, number, self._memory,
                               self._ground)
             off_path = profile.off_path(self.config.maximum_offset)
-            advice = self._advisor.advise(profile, path, self.config.advice, bool(off_path))
-            # Beside its path, the ink of the print looks like that of another.
-            warnings = (off_path or self._ground.warning,
+            extruder = extruder_contradiction(path.until(capture.stamp_ns))
+            advice = self._advisor.advise(
+                profile, path, self.config.advice, Reason.EXTRUDER_FAULT if extruder else
+                Reason.PATH_OFFSET if off_path else None)
+            # Without strokes ink seems to lie anywhere; beside its path, to be of another print.
+            warnings = (extruder or off_path or self._ground.warning,
                         overexposed(capture, T_base_camera, profile),
                         self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         except MeasurementError as error:

@@ -14,6 +14,7 @@ from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.path.leaps import LEAPT
 from bpc_perception.core.path.tracker import JumpError, PrintTracker
+from bpc_perception.core.watch.clocks import SteadyClocks
 from bpc_perception.messages import topics
 from bpc_perception.messages.extruder import extruder_from_message
 from bpc_perception.messages.path import path_to_message
@@ -42,6 +43,7 @@ class PathRecorderNode(Node):
         self._tracker = PrintTracker(config.path)
         self._diagnostics = Diagnostics(self, watch=config.watch)
         self._diagnostics.expect(topics.EXTRUSION)
+        self._clocks = SteadyClocks()
         self._publisher = PathPublisher(self, config.base_frame)
         self._journal = PrintJournal(config, self._diagnostics)
         self._resume()
@@ -58,8 +60,9 @@ class PathRecorderNode(Node):
     def _on_pose(self, stamp_ns: int, T_base_flange: Array) -> None:
         leaps = self._tracker.leaps
         try:
+            self._expect_one_clock('pose', stamp_ns)
             taken = self._tracker.add_pose(stamp_ns, transform(T_base_flange, self._tip))
-        except JumpError as error:
+        except (JumpError, ConversionError) as error:
             self._diagnostics.refuse(error)
             return
         if self._tracker.leaps > leaps:
@@ -70,12 +73,21 @@ class PathRecorderNode(Node):
             self._diagnostics.refuse('pose: expected a later stamp than the last, found it late'
                                      '; let one robot alone publish, with its own stamps')
 
+    def _expect_one_clock(self, name: str, stamp_ns: int) -> None:
+        """Raise ConversionError where robot or extruder goes by a clock behind the other's."""
+        behind = self._clocks.behind(name, self.get_clock().now().nanoseconds, stamp_ns)
+        if behind:
+            raise ConversionError(
+                f'{name}: expected stamps by the clock of the other source, found them '
+                f'{behind:.1f} s behind; let chrony or PTP set the clocks of all computers')
+
     def _on_extruder(self, message: ExtrusionState) -> None:
         self._diagnostics.heard(topics.EXTRUSION)
         try:
             sample = extruder_from_message(message)
             expect_not_ahead(self, 'extrusion_state', sample.stamp_ns,
                              self._config.watch.maximum_lead)
+            self._expect_one_clock('extrusion_state', sample.stamp_ns)
         except ConversionError as error:
             self._diagnostics.refuse(error)
             return
@@ -105,6 +117,7 @@ class PathRecorderNode(Node):
             self._publisher.publish(growing)
 
     def _forget(self) -> None:
+        self._clocks = SteadyClocks()
         self._tracker.clear()
         self._journal.forget()
         self._publisher.clear(self.get_clock().now().nanoseconds)

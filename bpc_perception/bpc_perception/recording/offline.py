@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Set
 from functools import partial
-from itertools import chain, islice
+from itertools import chain
 import logging
 from typing import Any
 
@@ -18,6 +18,7 @@ from bpc_perception.core.path.tracker import JumpError, PrintTracker
 from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.session import Session
+from bpc_perception.core.watch.clocks import ADVICE, Clocks
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.extruder import extruder_from_message
@@ -25,16 +26,15 @@ from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import path_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.recording.bag import Bag, BagError, BagMessage
-from bpc_perception.recording.clocks import ADVICE, Clocks
 from bpc_perception.recording.contents import find_topics, is_recorded
 
 logger = logging.getLogger(__name__)
 
 Noted = tuple[BagMessage, int | None]  # a message, and its stamp if that tells anything [ns]
 
-# The first messages tell which clocks there are. They are read ahead, up to five captures, and
-# must stay few.
-FIRST_COUNT = 15
+# The first messages tell which clocks there are. They are read ahead, up to five captures of three
+# messages, and must stay few.
+FIRST_COUNT, FIRST_OF_CAMERA = 45, 15
 
 
 def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig, recorder: RecorderConfig,
@@ -233,22 +233,38 @@ def _without_future(messages: Iterator[BagMessage], camera: Set[str]) -> Iterato
     The recorder's clock may be another than that of the stamps; see Clocks. Warn of topics that
     are late by a clock of their own.
     """
-    clocks, ahead = Clocks(camera), set()
+    clocks, named = Clocks(camera), set()
     noted = ((entry, _note(clocks, entry)) for entry in messages)
-    first = deque(islice(noted, FIRST_COUNT))
-    for entry, stamp_ns in chain(_consume(first), noted):
+    for entry, stamp_ns in chain(_consume(_first(noted, camera)), noted):
         topic, log_ns, _ = entry
         lead = 0.0 if stamp_ns is None else clocks.lead(topic, log_ns, stamp_ns)
-        if not lead:
+        lag = 0.0 if stamp_ns is None else clocks.lag(topic, log_ns)
+        if not lead and not lag:
             yield entry
-        elif topic not in ahead:
-            ahead.add(topic)
-            logger.warning('%s: expected a stamp of the past, found one %.2f s in the future by '
-                           'the clock of the others; such messages are left out; %s',
-                           topic, lead, ADVICE)
+        elif topic not in named:
+            named.add(topic)
+            expected, found = (
+                ('a stamp of the past', f'one {lead:.2f} s in the future by the clock of the '
+                 'others') if lead else
+                ('stamps by the clock of the others', f'them {lag:.2f} s behind'))
+            logger.warning('%s: expected %s, found %s; such messages are left out; %s', topic,
+                           expected, found, ADVICE)
     for topic, lag in clocks.late().items():
+        if topic in named:
+            continue
         logger.warning('%s: expected stamps by the clock of the others, found them %.2f s '
                        'behind; %s', topic, lag, ADVICE)
+
+
+def _first(noted: Iterator[Noted], camera: Set[str]) -> deque[Noted]:
+    """Return the first entries, of which few are captures."""
+    first, captures = deque[Noted](), 0
+    for each in noted:
+        first.append(each)
+        captures += each[0].topic in camera
+        if len(first) == FIRST_COUNT or captures == FIRST_OF_CAMERA:
+            break
+    return first
 
 
 def _note(clocks: Clocks, entry: BagMessage) -> int | None:

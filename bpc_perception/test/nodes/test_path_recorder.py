@@ -151,6 +151,19 @@ def test_unusable_poses_and_states_are_counted(graph: Any) -> None:
     assert bench.diagnosed('refused: pose') == '3'
 
 
+def test_an_extruder_by_a_clock_behind_is_refused(graph: Any) -> None:
+    bench = recorder_bench(graph, watch__warn_after=0.0)
+
+    def refused() -> bool:
+        now_ns = bench.peer.get_clock().now().nanoseconds
+        bench.send(topics.POSE, flange_pose(0.0, start_ns=now_ns))
+        bench.send(topics.EXTRUSION, extrusion(-0.5, start_ns=now_ns))
+        return bool(bench.diagnosed('refused: extrusion_state'))
+
+    bench.until(refused)
+    assert '0.5 s behind; let chrony or PTP set the clocks' in bench.diagnosed('last refusal')
+
+
 @pytest.mark.parametrize('fast', [False, True])  # as run() chooses the executor
 def test_of_two_robots_on_one_topic_none_is_followed(ros_domain: int, fast: bool) -> None:
     kind = EventsExecutor if fast and EventsExecutor is not None else None

@@ -205,7 +205,8 @@ def test_our_own_messages_are_read_back(tmp_path: Path) -> None:
     path = path_to_message(path_through(np.eye(3)), 'base')
     sizes = {name: np.ones(2) for name in ('height', 'height_sigma', 'area', 'area_sigma',
                                            'commanded_area')}
-    profile = profile_to_message(replace(profile_of([1e-3, 2e-3]), **sizes), 'base')
+    profile = profile_to_message(replace(
+        profile_of([1e-3, 2e-3]), **sizes, shift=np.zeros(3), tip_height=5e-4), 'base')
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/a', 'bpc_interfaces/msg/DepositionPath')
         writer.add_topic('/b', 'bpc_interfaces/msg/ThicknessProfile')

@@ -173,9 +173,11 @@ def test_a_topic_whose_clock_is_ahead_is_left_out_as_live(
     ({topics.POSE}, -0.5), ({topics.EXTRUSION}, -1.0), (set(topics.CAMERA), -2.5)])
 def test_a_topic_whose_clock_is_behind_is_named(names: Set[str], off: float,
                                                 caplog: pytest.LogCaptureFixture) -> None:
-    list(measured(Recorded(stamped_off(names, off))))
+    found = list(measured(Recorded(stamped_off(names, off))))
     for name in names:
         assert f'{name}: expected stamps by the clock of the others' in caplog.text
+    # What is of another moment is not used; a camera may take long.
+    assert names == set(topics.CAMERA) or all(result.profile is None for result in found)
 
 
 @pytest.mark.parametrize('every', [100, 200])

@@ -141,28 +141,29 @@ class Advisor:
         self._print: _Print | None = None
 
     def advise(self, profile: ThicknessProfile, path: DepositionPath, config: AdviceConfig,
-               off_path: bool = False) -> RateAdvice:
+               contradiction: Reason | None = None) -> RateAdvice:
         """Return advice after a capture.
 
         Args:
             profile: what was measured in it.
             path: of the print, up to the capture or further.
             config: limits and thresholds.
-            off_path: whether ink lies so far beside the path that calibration does not fit.
+            contradiction: why profile and path do not fit to each other; None = they do.
         """
         covered = path.covers(profile.stamp_ns)
         path = path.until(profile.stamp_ns)
         current = self._print = self._print_of(profile, path, config.lifetime)
         seen, profile = profile, laid_before(profile, config.acquisition_time)
         window = look_back(profile, config.window, current.blind_until)
-        off_path = off_path or abs(window.offset) > config.maximum_offset
+        if contradiction is None and abs(window.offset) > config.maximum_offset:
+            contradiction = Reason.PATH_OFFSET
         elapsed = current.next_capture(profile.stamp_ns, len(path))
         finding = self._find(current, path, profile, config)
         delivery = finding.models.estimate() if finding is not None else None
         target = self._target_ahead(current, window, path, delivery, config)
         doubtful = current.contradictions.found(seen, window.extent)
         refusal = _refusal(current, window, path, None if doubtful else finding, covered,
-                           np.isnan(target), off_path, config)
+                           np.isnan(target), contradiction, config)
         if current.late and finding is not None:
             current.late = False
             if current.begin_anew(path) and refusal is None:
@@ -238,7 +239,8 @@ class Advisor:
 
 
 def _refusal(current: _Print, window: Window, path: DepositionPath, finding: Finding | None,
-             covered: bool, aimless: bool, off_path: bool, config: AdviceConfig) -> Reason | None:
+             covered: bool, aimless: bool, contradiction: Reason | None,
+             config: AdviceConfig) -> Reason | None:
     """Return why nothing is to be changed; None = nothing speaks against it."""
     stalled = current.observations is not None and current.observations.stalled(path)
     lost = current.observations is not None and not current.observations.speed_known(path)
@@ -250,7 +252,7 @@ def _refusal(current: _Print, window: Window, path: DepositionPath, finding: Fin
         (aimless, Reason.NO_TARGET),
         (stalled, Reason.EXTRUDER_FAULT),
         (not covered or lost, Reason.STALE_DATA),
-        (off_path, Reason.PATH_OFFSET),
+        (contradiction is not None, contradiction),
         (window.longest_gap >= config.gap_length, Reason.GAP_DETECTED),
         (too_little, Reason.NOT_ENOUGH_DATA),
         (window.age > config.stale_after, Reason.STALE_DATA),
