@@ -259,9 +259,10 @@ def _without_future(messages: Iterator[BagMessage], camera: Set[str]) -> Iterato
 def _first(noted: Iterator[Noted], camera: Set[str]) -> deque[Noted]:
     """Return the first entries, of which few are captures."""
     first, captures = deque[Noted](), 0
-    for each in noted:
-        first.append(each)
-        captures += each[0].topic in camera
+    for entry, stamp_ns in noted:
+        topic, _, _ = entry
+        first.append((entry, stamp_ns))
+        captures += topic in camera
         if len(first) == FIRST_COUNT or captures == FIRST_OF_CAMERA:
             break
     return first
