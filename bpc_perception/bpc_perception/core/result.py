@@ -21,6 +21,7 @@ class Result:
         profile: thickness along the path; None = refused.
         advice: what to change; None = refused.
         refusal: why there is no profile; empty = there is one.
+        premature: whether there is none because the print has not begun, or only just: no fault.
         warning: about a result that is right as it is, but may not be what was meant.
     """
 
@@ -29,4 +30,5 @@ class Result:
     profile: ThicknessProfile | None = None
     advice: RateAdvice | None = None
     refusal: str = ''
+    premature: bool = False
     warning: str = ''

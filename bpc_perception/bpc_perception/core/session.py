@@ -18,7 +18,11 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.ground import Ground
-from bpc_perception.core.measurement.measure import measure, MeasurementError
+from bpc_perception.core.measurement.measure import (
+    measure,
+    MeasurementError,
+    TooEarlyError,
+)
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.leaps import LEAPT, Whereabouts
@@ -28,6 +32,7 @@ from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
 from bpc_perception.core.watch.extruder_flag import extruder_contradiction
 
+BEGINNING_S = 5.0  # around the begin of a print, in which captures may come too early
 MOST_CLIPPED = 0.2  # share of the picture around the path that may be overexposed
 
 logger = logging.getLogger(__name__)
@@ -132,10 +137,11 @@ class Session:
         if path is None or not path.print_id:
             self._see_ground(capture)
             return Result(capture, refusal='path: expected a print, found none started'
-                                           '; push ink out, or call path_recorder/start')
+                                           '; push ink out, or call path_recorder/start',
+                          premature=True)
         refusal = self._untimely(capture, path)
         if refusal:
-            return Result(capture, refusal=refusal)
+            return Result(capture, refusal=refusal, premature=just_begun(capture, path))
         self._newest = (path.print_id, capture.stamp_ns)
         T_base_camera = self._hand_eye.camera_pose(self._poses, capture.stamp_ns,
                                                    self.config.maximum_pose_gap)
@@ -184,9 +190,11 @@ class Session:
                         self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         except MeasurementError as error:
             flange = self._poses.at(capture.stamp_ns, self.config.maximum_pose_gap)
-            return Result(capture, T_base_camera, refusal=str(error) + what_would_fit(
+            early = isinstance(error, TooEarlyError) and just_begun(capture, path)
+            hint = '' if early else what_would_fit(
                 capture, path.until(capture.stamp_ns).points, self._hand_eye, T_base_camera,
-                flange))
+                flange)
+            return Result(capture, T_base_camera, refusal=str(error) + hint, premature=early)
         except Exception as error:  # a defect of ours must not end a print's feedback
             logger.exception('measurement failed')
             return Result(capture, T_base_camera,
@@ -195,6 +203,14 @@ class Session:
         self._counts[path.print_id] += 1  # a capture that was refused has no number
         return Result(capture, T_base_camera, profile, advice,
                       warning='; '.join(filter(None, warnings)))
+
+
+def just_begun(capture: Capture, path: DepositionPath) -> bool:
+    """Return whether a capture is from shortly before or after the begin of a print.
+
+    Then it is no fault that nothing is laid yet.
+    """
+    return abs(capture.stamp_ns - path.start_ns) < BEGINNING_S * 1e9
 
 
 def overexposed(capture: Capture, T_base_camera: Array, profile: ThicknessProfile) -> str:

@@ -40,6 +40,7 @@ from bpc_perception.runtime.run import run
 from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint
 
 CAPTURES, SKIPPED = 'captures', 'captures skipped for newer ones'
+BEFORE_PRINT = 'captures before a print'
 
 
 class ThicknessNode(Node):
@@ -131,7 +132,11 @@ class ThicknessNode(Node):
     def _measure(self) -> None:
         for result in self._session.results(time.monotonic_ns()):
             if result.profile is None or result.advice is None:
-                self._diagnostics.refuse(result.refusal)
+                if result.premature:
+                    self._diagnostics.count(BEFORE_PRINT)
+                    self._diagnostics.wait_for(result.refusal)
+                else:
+                    self._diagnostics.refuse(result.refusal)
                 continue
             self._profiles.publish(profile_to_message(result.profile, self._frame))
             self._advice.publish(advice_to_message(result.advice))

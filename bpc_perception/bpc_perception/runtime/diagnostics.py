@@ -48,7 +48,7 @@ class Diagnostics:
         self._news: dict[str, str] = {}  # unpublished refusals and warnings, by kind
         self._told: dict[str, float] = {}  # when a kind was last published [s], steady
         self._levels: dict[str, Level] = {}  # of the inputs, as published
-        self._last_refusal = self._last_warning = ''
+        self._last_refusal = self._last_warning = self._waiting = ''
         self._published, self._published_counts = time.monotonic(), Counter[str]()
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         # Steady time: a node has to go on publishing this while its clock stands still.
@@ -58,6 +58,11 @@ class Diagnostics:
         """Count an event that is no fault."""
         if times:
             self._counts[event] += times
+
+    def wait_for(self, text: str) -> None:
+        """Say what is waited for, which is no fault; it is gone with the next state."""
+        self._waiting = one_line(text)
+        self._node.get_logger().info(self._waiting, throttle_duration_sec=10.0)
 
     def note(self, key: str, value: object) -> None:
         """Set a value that describes the state."""
@@ -94,12 +99,14 @@ class Diagnostics:
                     key=BY_SEVERITY.index)
         status = DiagnosticStatus(
             level=bytes([worst]), name=self._node.get_name(),
-            message='; '.join([*self._silent_inputs(), *self._news.values()]) or 'ok',
+            message='; '.join([*self._silent_inputs(), *self._news.values()])
+            or self._waiting or 'ok',
             hardware_id=self._hardware_id,
             values=[KeyValue(key=key, value=value) for key, value in values])
         self._published, self._published_counts = now, self._counts.copy()
         self._told.update(dict.fromkeys(self._news, now))
         self._news.clear()
+        self._waiting = ''
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(array)

@@ -149,6 +149,7 @@ def test_without_a_print_a_capture_is_refused_after_its_patience() -> None:
     assert result.profile is None
     assert result.advice is None
     assert result.refusal == NO_PRINT
+    assert result.premature
 
 
 def test_an_unnamed_path_is_no_print() -> None:
@@ -164,11 +165,14 @@ def test_at_the_end_all_captures_are_dealt_with() -> None:
     assert stamps(list(made.results(finish=True))) == [1.0, 2.0]
 
 
-def test_a_capture_from_before_the_print_is_refused() -> None:
-    made = session(-0.5)
+@pytest.mark.parametrize(('stamp', 'premature'), [(-0.5, True), (-6.0, False)])
+def test_a_capture_from_before_the_print_is_refused(stamp: float, premature: bool) -> None:
+    """Shortly before it that is no fault."""
+    made = session(stamp)
     made.set_path(path(1.6))
     result, = made.results()
     assert result.profile is None
+    assert result.premature == premature
     assert result.refusal.startswith('path: expected a print begun before the capture, found one')
 
 
@@ -228,6 +232,7 @@ def test_what_cannot_be_measured_is_refused_with_the_reason() -> None:
     good, bad = made.results()
     assert good.profile is not None
     assert bad.profile is None
+    assert not bad.premature
     assert bad.refusal.startswith('cloud: expected')
 
 

@@ -278,7 +278,7 @@ def test_an_unusable_capture_is_counted_and_the_next_is_measured(
 def test_a_capture_without_path_is_counted(graph: Any, tmp_path: Path) -> None:
     bench = thickness_bench(graph, tmp_path, patience=0.1)
     bench.send_capture(STAMP_NS)
-    bench.until(lambda: bench.diagnosed('refused: path') == '1')
+    bench.until(lambda: bench.diagnosed('captures before a print') == '1')
     assert bench.received[topics.PROFILE] == []
 
 
@@ -299,7 +299,7 @@ def test_an_unusable_path_is_counted_and_not_used(graph: Any, tmp_path: Path,
     bench.send(topics.PATH, wrong)
     bench.until(lambda: bench.diagnosed('refused: deposition_path') == '1')
     bench.send_capture(STAMP_NS)
-    bench.until(lambda: bench.diagnosed('refused: path') == '1')
+    bench.until(lambda: bench.diagnosed('captures before a print') == '1')
     assert bench.received[topics.PROFILE] == []
 
 
@@ -406,3 +406,13 @@ def test_what_was_begun_since_is_not_cleared(graph: Any, tmp_path: Path) -> None
     bench.send_capture(STAMP_NS + SECOND)
     bench.until(lambda: len(bench.received[topics.PROFILE]) == 2)
     assert all(each.print_id == 'print' for each in bench.received[topics.PROFILE])
+
+
+def test_before_a_print_begins_nothing_is_a_fault(graph: Any, tmp_path: Path) -> None:
+    bench = thickness_bench(graph, tmp_path, watch__warn_after=0.0)
+    bench.send_capture(STAMP_NS)
+    bench.until(lambda: bench.diagnosed('captures before a print') == '1')
+    assert 'found none started' in bench.statuses[-1].message
+    assert {status.level for status in bench.statuses} == {DiagnosticStatus.OK}
+    assert not bench.diagnosed('refused: path')
+    bench.until(lambda: bench.statuses[-1].message == 'ok')

@@ -67,6 +67,10 @@ class MeasurementError(ValueError):
     """Nothing can be measured in a capture; the message says why."""
 
 
+class TooEarlyError(MeasurementError):
+    """Nothing is laid yet."""
+
+
 def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
             config: ThicknessConfig, number: int = 0,
             memory: PrintMemory | None = None, ground: Ground | None = None) -> ThicknessProfile:
@@ -154,7 +158,7 @@ def path_before(capture: Capture, path: DepositionPath) -> DepositionPath:
     """Return the path up to a capture. Raises MeasurementError if that is less than 2 points."""
     path = path.until(capture.stamp_ns)
     if len(path) < 2:
-        raise MeasurementError('path: expected 2 points or more before the capture, '
+        raise TooEarlyError('path: expected 2 points or more before the capture, '
                                f'found {len(path)}; capture later')
     return path
 
@@ -183,7 +187,7 @@ def path_on_bed(path: DepositionPath, low: Flags, height: float) -> DepositionPa
                                f'{1e3 * height:.0f} mm above all along; do z of nozzle_offset, '
                                'base frame and calibration fit?')
     if (path.points == path.points[0]).all():
-        raise MeasurementError('path: expected a way along the bed, found one place'
+        raise TooEarlyError('path: expected a way along the bed, found one place'
                                '; capture when the nozzle has moved')
     return path
 
