@@ -1,10 +1,11 @@
-"""Beads of any size are measured, or refused with the reason; so is all that has no answer."""
+"""Beads of any size, sharp corners, short gaps; and why something has no answer."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 
@@ -15,7 +16,7 @@ from bpc_perception.core.measurement.cross_section.incremental import PrintMemor
 from bpc_perception.core.measurement.measure import measure
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Cause, Status, ThicknessProfile
-from bpc_sim.ink.curves import turtle
+from bpc_sim.ink.curves import Curve, turtle
 from bpc_sim.ink.deposit import constant_width, Deposit
 from bpc_sim.scene.imaging import expose, Imaging, mix
 from bpc_sim.scene.planar_capture import planar_capture
@@ -29,13 +30,15 @@ PIXEL, IMAGE_SIZE_PX = 0.2 * MM, 512
 LENGTH, SPACING = 60 * MM, 0.2 * MM
 INK, BED = (40.0, 80.0, 170.0), (205.0, 205.0, 200.0)
 CURVE = turtle(((LENGTH / 3, 0), (LENGTH / 3, 0.5), (LENGTH / 3, 0)), (-LENGTH / 2, -2 * MM), 0.1)
+NO_GAPS = np.empty((0, 2))
+FINE_PIXEL = 0.1 * MM
 WITHOUT_ANSWER = Status.NO_DATA, Status.LOW_CONFIDENCE
 
 
 @cache
 def covered_by(width: float) -> Array:
     """Return the fraction (H, W) of each pixel that a bead of a width [m] covers."""
-    deposit = Deposit(CURVE, constant_width(width), np.empty((0, 2)))
+    deposit = Deposit(CURVE, constant_width(width), NO_GAPS)
     return coverage(lambda points: deposit.locate(points).margin, IMAGE_SIZE_PX, PIXEL)
 
 
@@ -50,11 +53,11 @@ def photo(width: float, noise: float = 4.0, exposure: float = 1.0) -> tuple[Capt
     return planar_capture(image, PIXEL, STAMP_NS)
 
 
-def path(share: float = 1.0, flow_rate: float = np.nan) -> DepositionPath:
-    """Return the first share of the path, with a flow rate [m^3/s]."""
-    s = np.linspace(0, LENGTH, round(LENGTH / SPACING) + 1)
+def path(share: float = 1.0, flow_rate: float = np.nan, curve: Curve = CURVE) -> DepositionPath:
+    """Return the first share of the path along a curve, with a flow rate [m^3/s]."""
+    s = np.linspace(0, curve.length, round(curve.length / SPACING) + 1)
     s = s[:round(share * len(s))]
-    points = np.column_stack((CURVE.points(s), np.zeros(len(s))))
+    points = np.column_stack((curve.points(s), np.zeros(len(s))))
     yes = np.ones(len(s), bool)
     return DepositionPath('print', 0, STAMP_NS * 1e-9, True, s / NOZZLE_SPEED_M_PER_S, s, points,
                           np.full(len(s), np.nan), np.full(len(s), flow_rate), yes, yes)
@@ -125,3 +128,48 @@ def test_every_sample_without_an_answer_says_why(name: str, method: str) -> None
                       ThicknessConfig(method=method))
     without = np.isin(profile.status, WITHOUT_ANSWER)
     np.testing.assert_array_equal(without, profile.cause != Cause.NONE)
+
+
+@pytest.mark.parametrize('turn', [30, 60, 90, 120, 135, 150])
+def test_at_a_sharp_corner_no_width_is_that_of_the_other_leg(turn: int) -> None:
+    """There a section across one leg meets the other: a width has no meaning, and is not told."""
+    width, leg = 1.4 * MM, 15 * MM
+    curve = turtle(((leg, 0), (0.01 * MM, np.radians(turn)), (leg, 0)), (-leg / 2, -leg / 3), 0.13)
+    deposit = Deposit(curve, constant_width(width), NO_GAPS)
+    covered = coverage(lambda points: deposit.locate(points).margin, 400, FINE_PIXEL)
+    image = expose(mix(INK, BED, covered), covered, Imaging(blur=0.8, noise=4.0),
+                   np.random.default_rng(0))
+    capture, pose = planar_capture(image, FINE_PIXEL, STAMP_NS)
+    profile = measure(capture, path(curve=curve), pose, ThicknessConfig())
+    known = profile.status == Status.MEASURED
+    assert np.abs(profile.thickness[known] - width).max() < 0.15 * MM
+    # Where the legs are apart by more than their beads, they are measured.
+    apart = width / 2 * np.tan(np.radians(turn) / 2) + 2 * width
+    assert known[np.abs(profile.arc_length - leg) > apart][1:-1].mean() > 0.95
+
+
+@pytest.mark.parametrize('texture', [0.0, 8.0, 16.0])
+def test_a_gap_between_round_ends_is_a_gap_where_its_bed_is_bare(texture: float) -> None:
+    """Of 4 mm between strokes the ends of a bead of 1.6 mm leave 2.4: one and a half widths."""
+    width, length, start, end = 1.6 * MM, 30 * MM, 13 * MM, 17 * MM
+    curve = turtle(((length, 0),), (-length / 2, 0.3 * MM), 0.07)
+    deposit = Deposit(curve, constant_width(width), np.array(((start, end),)))
+    ends = curve.points(np.array((start, end)))
+
+    def margin(points: Array) -> Array:
+        round_ends = [np.hypot(points[..., 0] - x, points[..., 1] - y) - width / 2
+                      for x, y in ends]
+        return np.minimum.reduce([deposit.locate(points).margin, *round_ends])
+
+    covered = coverage(margin, 400, FINE_PIXEL)
+    rng = np.random.default_rng(0)
+    grain = cv2.GaussianBlur(rng.normal(size=covered.shape), (0, 0), 3)
+    light = mix(INK, BED, covered) + (texture * grain / grain.std() * (1 - covered))[..., None]
+    capture, pose = planar_capture(
+        expose(light, covered, Imaging(blur=0.8, noise=4.0), rng), FINE_PIXEL, STAMP_NS)
+    profile = measure(capture, path(curve=curve), pose, ThicknessConfig())
+    s = profile.arc_length
+    bare = (s > start + width / 2 + 0.3 * MM) & (s < end - width / 2 - 0.3 * MM)
+    assert bare.sum() > 8
+    assert (profile.status[bare] == Status.GAP).mean() > 0.9
+    assert not (profile.status[(s < start) | (s > end)] == Status.GAP).any()
