@@ -38,7 +38,7 @@ LEAST_LENGTH = 8.0  # of path, in widths; a shorter one is like too much
 
 
 def looks_off(samples: Samples, strokes: Flags) -> bool:
-    """Return whether ink may lie beside the path: much has no width, or lies to one side.
+    """Return whether ink may lie beside the path: much has no edges, or lies to one side.
 
     Args:
         samples: N samples.
@@ -47,10 +47,12 @@ def looks_off(samples: Samples, strokes: Flags) -> bool:
     if not strokes.any():
         return False
     told = strokes & (samples.status == Status.MEASURED)
+    unknown = np.isin(samples.status, (Status.GAP, Status.LOW_CONFIDENCE))[strokes].mean()
+    if not told.any():
+        return bool(unknown > MOST_UNKNOWN)
     sides = samples.sides
     aside = (sides.left_distance - sides.right_distance)[told] / 2
     width = (sides.left_distance + sides.right_distance)[told]
-    unknown = 1 - told.sum() / strokes.sum()
     return bool(unknown > MOST_UNKNOWN
                 or np.sqrt(np.mean(aside**2)) > MOST_ASIDE * np.median(width))
 
@@ -219,12 +221,13 @@ class _Chart:
                                      cv2.INTER_NEAREST), np.float32)
         return np.asarray(cv2.remap(image, u, v, cv2.INTER_LINEAR)).astype(np.float32), known
 
-    def along(self, width: float) -> Floats:
-        """Return where (H, W) the path runs, as wide as told [m]: 1, else 0."""
-        drawn = np.zeros(self.size[::-1], np.float32)
-        for column, row in np.rint(self.path).astype(int).tolist():
-            cv2.circle(drawn, (column, row), max(1, round(width / 2 / self.cell)), 1.0, -1)
-        return drawn
+    def away(self) -> Floats:
+        """Return how far (H, W) each cell is from the path [m]."""
+        free = np.ones(self.size[::-1], np.uint8)
+        column, row = np.rint(self.path).astype(int).T
+        free[row, column] = 0
+        return np.asarray(cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_5)) * np.float32(
+            self.cell)
 
 
 def _steps(chart: _Chart, colours: Floats, known: Floats, width: float) -> Array:
@@ -238,8 +241,9 @@ def _steps(chart: _Chart, colours: Floats, known: Floats, width: float) -> Array
         known: (H, W) where it shows.
         width: of a bead [m].
     """
-    inner = chart.along(INNER * width)
-    ring = chart.along(RING[1] * width) - chart.along(RING[0] * width)
+    away = chart.away()
+    inner = (away <= INNER * width / 2).astype(np.float32)
+    ring = ((away > RING[0] * width / 2) & (away <= RING[1] * width / 2)).astype(np.float32)
     (ink, seen), (bed, _) = (_means(colours, known, mask, chart.reach) for mask in (inner, ring))
     return np.where((seen > LEAST_SEEN)[..., None], ink - bed, np.nan)
 
