@@ -98,6 +98,8 @@ def lost_in_words(profile: ThicknessProfile) -> str:
     if not coverage < KNOWN or not counts:
         return ''
     first = next(iter(counts))
+    if first == Cause.OFF_PATH:  # a warning of its own says more
+        return ''
     return (f'{1 - coverage:.0%} of the strokes are not known; of these '
             f'{counts[first] / np.count_nonzero(profile.stroke > 0) / (1 - coverage):.0%}: '
             f'{cause_in_words(first)}')
