@@ -255,8 +255,9 @@ class ThicknessProfile:
             x, y, z = (1e3 * self.shift).tolist()
             return (f'registration: expected the ink within {maximum_offset:.0%} of its width of '
                     f'the path, found it about {1e3 * size:.1f} mm beside: {x:+.1f}, {y:+.1f}, '
-                    f'{z:+.1f} mm in the base frame; correct the nozzle offset if the nozzle was changed, '
-                    'else the hand-eye calibration by that; "bpc calibrate check" tells more')
+                    f'{z:+.1f} mm in the base frame; correct the nozzle offset if the nozzle was '
+                    'changed, else the hand-eye calibration by that; "bpc calibrate check" tells '
+                    'more')
         if found.offset_rms > maximum_offset * width:
             return (f'offset: expected the deposit within {maximum_offset:.0%} of its width of '
                     f'the path, found it {1e3 * found.offset_rms:.2f} mm off (root mean square; '
