@@ -24,9 +24,10 @@ pytestmark = pytest.mark.ros
 # of a known stamp after doubtful ones divided by zero (54134). What something hides of ink was
 # taken for lacking (4969, 50622);
 # of what seems to be missing, a part is not known for sure (59717). What lay on one side of the
-# ink from the start looked like its edge, and only the newest ink was whole (63678).
+# ink from the start looked like its edge, and only the newest ink was whole (63678). A path of
+# another scale lay over ink here and there (69326).
 FOUND = (13, 79, 141, 153, 160, 321, 444, 1055, 1247, 1812, 2292, 2331, 2580, 3123, 4120, 4634,
-         4969, 5629, 5722, 6158, 6527, 6682, 50543, 50622, 50681, 54134, 55161, 59717, 63678)
+         4969, 5629, 5722, 6158, 6527, 6682, 50543, 50622, 50681, 54134, 55161, 59717, 63678, 69326)
 
 
 @pytest.mark.parametrize('number', FOUND)
