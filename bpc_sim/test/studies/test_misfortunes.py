@@ -27,7 +27,8 @@ pytestmark = pytest.mark.ros
 # ink from the start looked like its edge, and only the newest ink was whole (63678). A path of
 # another scale lay over ink here and there (69326).
 FOUND = (13, 79, 141, 153, 160, 321, 444, 1055, 1247, 1812, 2292, 2331, 2580, 3123, 4120, 4634,
-         4969, 5629, 5722, 6158, 6527, 6682, 50543, 50622, 50681, 54134, 55161, 59717, 63678, 69326)
+         4969, 5629, 5722, 6158, 6527, 6682, 50543, 50622, 50681, 54134, 55161, 59717, 63678,
+         69326)
 
 
 @pytest.mark.parametrize('number', FOUND)
