@@ -274,6 +274,8 @@ def _note(clocks: Clocks, entry: BagMessage) -> int | None:
     header = getattr(message, 'header', None)
     if header is None:
         return None  # the time of recording counts
+    if hasattr(message, 'print_id'):
+        return None  # a path has the stamp of the print's start
     stamp_ns = stamp_to_ns(header.stamp)
     return stamp_ns if clocks.note(topic, log_ns, stamp_ns) else None
 

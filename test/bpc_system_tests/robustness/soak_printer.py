@@ -16,7 +16,7 @@ from rclpy.node import Node
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.stamps import ns_to_stamp
-from bpc_perception.nodes.thickness import SKIPPED
+from bpc_perception.nodes.thickness import BEFORE_PRINT, SKIPPED
 from bpc_perception.runtime.child_processes import Nodes
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_sim.config import SimConfig
@@ -126,6 +126,7 @@ class SoakPrinter:
         found = {key.removeprefix('refused: '): count for key, count in counts.items()
                  if key.startswith('refused: ')}
         return {'profiles': counts.get('profiles', 0), 'skipped': counts.get(SKIPPED, 0),
+                'before a print': counts.get(BEFORE_PRINT, 0),
                 **{kind: count for kind, count in found.items() if kind not in OTHER_REFUSALS}}
 
     def refusals(self, node: str) -> int:
