@@ -14,7 +14,7 @@ from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.path.leaps import LEAPT
 from bpc_perception.core.path.tracker import JumpError, PrintTracker
-from bpc_perception.core.watch.clocks import SteadyClocks
+from bpc_perception.core.watch.clocks import ADVICE, SteadyClocks
 from bpc_perception.messages import topics
 from bpc_perception.messages.extruder import extruder_from_message
 from bpc_perception.messages.path import path_to_message
@@ -79,7 +79,7 @@ class PathRecorderNode(Node):
         if behind:
             raise ConversionError(
                 f'{name}: expected stamps by the clock of the other source, found them '
-                f'{behind:.1f} s behind; let chrony or PTP set the clocks of all computers')
+                f'{behind:.1f} s behind; {ADVICE}')
 
     def _on_extruder(self, message: ExtrusionState) -> None:
         self._diagnostics.heard(topics.EXTRUSION)

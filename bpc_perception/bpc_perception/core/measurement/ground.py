@@ -72,7 +72,7 @@ class Ground:
         """
         if path.print_id != self._print_id:
             self._begin(path)
-        width = samples.sides.left_distance + samples.sides.right_distance
+        width = samples.sides.width
         if np.isfinite(width).any():
             seen = _Seen(path.where(shown), stroke[shown], float(np.nanmedian(width)), bed, look)
             on_ink = (seen.towards_ink(view) if self._before is None

@@ -50,11 +50,15 @@ def looks_off(samples: Samples, strokes: Flags) -> bool:
     unknown = np.isin(samples.status, (Status.GAP, Status.LOW_CONFIDENCE))[strokes].mean()
     if not told.any():
         return bool(unknown > MOST_UNKNOWN)
-    sides = samples.sides
-    aside = (sides.left_distance - sides.right_distance)[told] / 2
-    width = (sides.left_distance + sides.right_distance)[told]
-    return bool(unknown > MOST_UNKNOWN
-                or np.sqrt(np.mean(aside**2)) > MOST_ASIDE * np.median(width))
+    aside = (samples.sides.left_distance - samples.sides.right_distance)[told] / 2
+    return bool(unknown > MOST_UNKNOWN or np.sqrt(np.mean(aside**2)) > MOST_ASIDE * usual_width(
+        samples, strokes))
+
+
+def usual_width(samples: Samples, strokes: Flags) -> float:
+    """Return the median width of the beads that are told among strokes (N,) [m]."""
+    told = strokes & (samples.status == Status.MEASURED)
+    return float(np.median(samples.sides.width[told])) if told.any() else USUAL_WIDTH_M
 
 
 @dataclass(frozen=True)
@@ -90,11 +94,7 @@ def register(view: View, points: Array, layer: Index, samples: Samples,
 
 def _shift(view: View, points: Array, strokes: Flags, samples: Samples, bed: Plane) -> Array:
     seen = strokes & view.inside(points) & (samples.status != Status.OCCLUDED)
-    told = seen & (samples.status == Status.MEASURED)
-    width = USUAL_WIDTH_M
-    if told.any():
-        sides = samples.sides
-        width = float(np.median((sides.left_distance + sides.right_distance)[told]))
+    width = usual_width(samples, seen)
     length = np.linalg.norm(np.diff(points[seen], axis=0), axis=1).sum()
     if length < LEAST_LENGTH * width or not looks_off(samples, seen):
         return np.full(3, np.nan)
@@ -107,10 +107,7 @@ def without_misplaced(samples: Samples, strokes: Flags, shift: Array) -> Samples
     From half a width on the nearest edges may be those of other ink.
     """
     told = strokes & np.isin(samples.status, (Status.MEASURED, Status.GAP, Status.LOW_CONFIDENCE))
-    width = (samples.sides.left_distance + samples.sides.right_distance)[
-        strokes & (samples.status == Status.MEASURED)]
-    usual = float(np.median(width)) if len(width) else USUAL_WIDTH_M
-    if not np.linalg.norm(shift) > usual / 2:
+    if not np.linalg.norm(shift) > usual_width(samples, strokes) / 2:
         return samples
     return replace(samples, verdicts=samples.verdicts.where(
         told, Status.LOW_CONFIDENCE, Cause.OFF_PATH))
@@ -142,8 +139,9 @@ def find_shift(view: View, points: Array, bed: Plane, width: float) -> Array:
     cells = _peak(difference) - chart.reach
     row, column = np.rint(cells[::-1] + chart.reach).astype(int).tolist()
     towards = np.linalg.solve(spread, step[row, column])
-    there, now = (_inked(chart, colours @ towards.astype(np.float32), known, moved)
-                  for moved in (cells, np.zeros(2)))
+    brightness = np.asarray(cv2.blur(colours @ towards.astype(np.float32),
+                                     (BLUR_CELLS, BLUR_CELLS)), np.float32)
+    there, now = (_inked(chart, brightness, known, moved) for moved in (cells, np.zeros(2)))
     apart = np.linalg.norm(cells) * chart.cell > width / 2
     if there < LEAST_INKED or (apart and 1 - there > max(STILL_BARE * (1 - now), NEARLY_NONE)):
         return np.zeros(3)
@@ -159,7 +157,6 @@ def _inked(chart: _Chart, brightness: Floats, known: Floats, moved: Array) -> fl
         known: (H, W) where it shows.
         moved: [cells].
     """
-    brightness = np.asarray(cv2.blur(brightness, (BLUR_CELLS, BLUR_CELLS)))
     column, row = np.rint(chart.path + moved).astype(int).T
     values = brightness[row, column][known[row, column] > 0]
     bare, inked = np.median(brightness[known > 0]), np.quantile(values, FULL)

@@ -50,6 +50,11 @@ class SidePoints(Columns):
     left_distance: Array
     right_distance: Array
 
+    @property
+    def width(self) -> Array:
+        """Of the ink between them (N,) [m]."""
+        return self.left_distance + self.right_distance
+
 
 def replaced(values: NDArray[Any], index: Index, part: NDArray[Any]) -> NDArray[Any]:
     """Return values (N, ...) with those of an index (K,) replaced by a part (K, ...)."""

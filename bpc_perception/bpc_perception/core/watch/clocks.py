@@ -66,9 +66,12 @@ class Clocks:
             return 0.0
         fastest = {other: self._fastest(other, log_ns) for other, leads in self._leads.items()
                    if other not in self._camera and len(leads) == RECENT_COUNT}
+        own = fastest.get(topic, inf)
+        if max(fastest.values(), default=-inf) - own <= LATEST_S:
+            return 0.0  # as a rule
         latest = self._usual() + LARGEST_LEAD_S  # what is ahead is no measure for others
         others = max((lead for lead in fastest.values() if lead <= latest), default=-inf)
-        lag = others - fastest.get(topic, inf)
+        lag = others - own
         return lag if lag > LATEST_S else 0.0
 
     def _usual(self) -> float:

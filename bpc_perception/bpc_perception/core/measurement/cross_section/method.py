@@ -119,7 +119,7 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
     sigma = np.sqrt(sum(part**2 for part in doubt.values()))
     sides = points_beside(sections, left.distance + left_shift * sections.pixel,
                           right.distance + right_shift * sections.pixel)
-    width = sides.left_distance + sides.right_distance
+    width = sides.width
     verdicts = without_unsure(picture.verdicts, doubt,
                               sigma <= config.cross_section.maximum_sigma * width,
                               width < FEW_PIXELS * sections.pixel)

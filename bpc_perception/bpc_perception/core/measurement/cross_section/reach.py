@@ -74,13 +74,13 @@ def follows_path(found: Samples, before: Samples, track: Track) -> bool:
     new = told(found)
     if not new.any():
         return False
-    left, right = found.sides.left_distance, found.sides.right_distance
-    width, usual = left + right, float(np.median((left + right)[new]))
+    left, right, width = found.sides.left_distance, found.sides.right_distance, found.sides.width
+    usual = float(np.median(width[new]))
     quartiles = np.quantile(width[new], (0.25, 0.75))
     aside = float(np.median(np.abs(left - right)[new]))
     both = new & told(before)
-    nearer = before.sides.left_distance + before.sides.right_distance
-    same = not both.any() or bool(np.median(nearer[both] / width[both]) > 1 - MOST_UNLIKE)
+    nearer = before.sides.width[both] / width[both]
+    same = not both.any() or bool(np.median(nearer) > 1 - MOST_UNLIKE)
     area = commanded_area(track)
     widest = WIDEST_M if np.isnan(area) else np.sqrt(MOST_FLAT * area)
     even = np.ptp(quartiles) <= MOST_UNLIKE * usual and aside <= MOST_UNLIKE * usual

@@ -139,7 +139,7 @@ def shapes_between(cross: Crosswise, sides: SidePoints, foot_sigma: Array,
         foot: (K,) how high they are above those of the sections [m].
         round_like: what is known of how round the beads are.
     """
-    half = (sides.left_distance + sides.right_distance) / 2
+    half = sides.width / 2
     middle = (sides.left_distance - sides.right_distance) / 2
     with np.errstate(invalid='ignore', divide='ignore'):
         u = (cross.place - middle[:, None]) / half[:, None]
@@ -164,7 +164,7 @@ def sizes(shapes: Shapes, sides: SidePoints, width_sigma: Array, before: Array,
         before_sigma: (N,) its 1-sigma uncertainty [m].
         may_hang: whether they may lie above the surface before.
     """
-    half = (sides.left_distance + sides.right_distance) / 2
+    half = sides.width / 2
     after, feet = shapes.at(U), shapes.level[:, None] if may_hang else -np.inf
     supported = before > feet
     floor = np.maximum(before, feet)

@@ -41,7 +41,7 @@ def measure_as_published(view: View, track: Track, bed: Plane,
         plane.coordinates(points), [plane.coordinates(contour) for contour in contours])
     sides = cut_contours(points, tangents(points, track.piece), contours, containing, plane.normal)
 
-    one_sided = np.isnan(sides.left_distance + sides.right_distance)
+    one_sided = np.isnan(sides.width)
     obstacle = find_obstacles(view, bed, config.obstacle_height)
     seen = visibility(view, bed, obstacle, points, round(config.obstacle_margin))
     # The outline of an obstacle among the print merges with that of the print.

@@ -272,7 +272,7 @@ def ink_of_layer_below(track: Track, layer: int, bed: Plane, below: Below,
     return LowerInk(
         foot=np.where(measured[:, None], (ink.sides.left + ink.sides.right) / 2,
                       track.points[lower] - below.clearance * bed.normal),
-        half=np.where(measured, ink.sides.left_distance + ink.sides.right_distance,
+        half=np.where(measured, ink.sides.width,
                       below.width) / 2,
         crest=np.where(measured, ink.sizes.crest, usual),
         sigma=np.where(measured, ink.sizes.crest_sigma, UNSEEN_SIGMA * usual))

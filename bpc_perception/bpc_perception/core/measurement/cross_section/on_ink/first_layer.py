@@ -38,7 +38,7 @@ def first_layer_measured(samples: Samples, path: DepositionPath, layer: Index,
     sides, sizes = samples.of(known).sides, samples.of(known).sizes
     feet = (sides.left + sides.right) / 2
     bend = np.nan_to_num(sizes.crest - sizes.height)  # of the bed, higher below the bead
-    width = sides.left_distance + sides.right_distance
+    width = sides.width
     return Below(clearance=float(np.median((path.points[known] - feet) @ bed.normal - bend)),
                  width=float(np.median(width)),
                  roundness=Roundness.like(sizes.area, sizes.height, width))
@@ -70,7 +70,7 @@ def first_layer_unseen(view: View, samples: Samples, path: DepositionPath, layer
         return None  # the bed is no plane
     sides = samples.of(np.flatnonzero(samples.status == Status.MEASURED)).sides
     if len(sides.left_distance):
-        return Below(clearance, float(np.median(sides.left_distance + sides.right_distance)))
+        return Below(clearance, float(np.median(sides.width)))
     sections = lay_sections(view, track, newest, bed, config,
                             Footing(clearance, normals_by_path(track, newest, bed)))
     _, width = rough_beads(sections)
