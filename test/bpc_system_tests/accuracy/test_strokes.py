@@ -41,6 +41,7 @@ SPEED_M_PER_S = 0.01
 MM = 1e-3
 PIXEL_M = 0.19e-3
 WRONG_M, WRONG_SHARE = 0.2e-3, 0.1
+MOST_ERROR_M = 0.05e-3  # mean, on strokes
 
 
 def path_of(job: PrintJob, known: bool = True, auto: bool = False) -> DepositionPath:
@@ -59,6 +60,7 @@ class Judged:
 
     Attributes:
         status: (N,) of each.
+        stroke: (N,) number of the stroke of each.
         error: (N,) measured less true width [m]; NaN unless measured.
         wrong: (N,) which are measured wrong, or a gap where there is ink.
     """
@@ -79,6 +81,7 @@ class Judged:
         width, status = job.truth(s), profile.status[chosen]
         from_end = np.abs(s[:, None] - job.deposit.runs.ravel()).min(axis=1)
         self.status: NDArray[np.uint8] = status
+        self.stroke = profile.stroke[chosen]
         self.error = np.where(status == Status.MEASURED, profile.thickness[chosen] - width,
                               np.nan)
         off = np.abs(self.error) > np.maximum(WRONG_M, WRONG_SHARE * width)
@@ -92,13 +95,19 @@ class Judged:
     def mae(self) -> float:
         return float(np.nanmean(np.abs(self.error)))
 
+    @property
+    def uneven(self) -> float:
+        """Mean standard deviation of the errors along a stroke [m]."""
+        return float(np.mean([np.nanstd(self.error[self.stroke == one])
+                              for one in np.unique(self.stroke)]))
+
 
 @pytest.fixture(scope='module')
 def alone() -> float:
-    """The mean absolute error of the lines, each printed alone [m]."""
+    """How uneven the errors of the lines are, each printed alone [m]."""
     jobs = [stroke_job(each[None], SPEED_M_PER_S, Travel(0, 0))
             for each in parallel_lines(5, 5 * MM, 0.036)]
-    return float(np.mean([Judged(job, measured(job)).mae for job in jobs]))
+    return float(np.mean([Judged(job, measured(job)).uneven for job in jobs]))
 
 
 @pytest.mark.parametrize(('hop', 'known'), [
@@ -116,7 +125,9 @@ def test_strokes_are_measured_like_single_lines(
     judged = Judged(job, profile)
     assert len(judged.status) > 0.97 * 5 * 36 / 0.2
     assert judged.answered >= 0.98
-    assert judged.mae <= 1.2 * alone
+    assert judged.uneven <= 1.2 * alone + PIXEL_M / 100
+    # Where beads end is found for the whole print, and with it an error that strokes share.
+    assert judged.mae <= min(2 * float(np.nanmedian(profile.sigma)), MOST_ERROR_M)
     assert not judged.wrong.any()
     assert profile.summary.gap_count == 0
     assert profile.summary.ooze_count == 0

@@ -23,6 +23,10 @@ from bpc_perception.core.measurement.cross_section.appearance.appearance import 
 )
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.appearance.ink import ink_share
+from bpc_perception.core.measurement.cross_section.by_cloud.cloud_beads import (
+    BeadModel,
+    CloudBeads,
+)
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges, find_edges
 from bpc_perception.core.measurement.cross_section.edges.feet import (
     Feet,
@@ -33,6 +37,12 @@ from bpc_perception.core.measurement.cross_section.judgement import (
     ends_within_pixel,
     judge,
     look_at_middle,
+)
+from bpc_perception.core.measurement.cross_section.second_opinion import (
+    ask_cloud,
+    lines_in_picture,
+    Told,
+    told_by_both,
 )
 from bpc_perception.core.measurement.cross_section.sections.sampling import lay_sections
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
@@ -47,6 +57,7 @@ from bpc_perception.core.profile import Cause, Status
 
 LIGHT_WIDTH_PX = 10.0  # of the bead for which ``light_sigma`` is given
 FEW_PIXELS = 6.0  # across a bead; its edges are not seen apart
+PICTURE, CLOUD, SIGMA = range(3)  # of what feet tell
 
 
 @dataclass(frozen=True)
@@ -55,11 +66,13 @@ class Known:
 
     Attributes:
         contrast: of ink and bed.
-        feet: how far beads go on beyond their edges in the picture.
+        feet: how far beads go on beyond what shows their edges.
+        model: what they look like in the cloud; None = it shows none.
     """
 
     contrast: Contrast
     feet: Feet
+    model: BeadModel | None
 
 
 @dataclass(frozen=True)
@@ -111,22 +124,25 @@ def measure_cross_sections(view: View, track: Track, bed: Plane, config: Thickne
     picture = read_picture(view, sections, track.extruding[index], bed, config,
                            known.contrast if known is not None else None)
     left, right, lean = picture.left, picture.right, lean_to_left(view, sections, bed.normal)
+    lines = lines_in_picture(sections, left, right, picture.verdicts)
+    beads, model, of_use = ask_cloud(sections, lean, lines,
+                                     known.model if known is not None else None)
     feet = known.feet if known is not None else find_feet(
-        sections, picture.ink, left, right, lean, picture.verdicts.status == Status.MEASURED)
-    (left_shift, left_sigma), (right_shift, right_sigma) = feet.outward(lean), feet.outward(-lean)
-    doubt = width_doubt(left, right, sections.pixel, config.cross_section)
-    doubt[Cause.UNSURE_FEET] = (left_sigma + right_sigma) * sections.pixel
-    sigma = np.sqrt(sum(part**2 for part in doubt.values()))
-    sides = points_beside(sections, left.distance + left_shift * sections.pixel,
-                          right.distance + right_shift * sections.pixel)
-    width = sides.width
-    verdicts = without_unsure(picture.verdicts, doubt,
-                              sigma <= config.cross_section.maximum_sigma * width,
-                              width < FEW_PIXELS * sections.pixel)
+        sections, picture.ink, left, right, lean, picture.verdicts.status == Status.MEASURED,
+        beads, model.sigma if model is not None and of_use else np.nan)
+    most, doubt = config.cross_section.maximum_sigma, width_doubt(
+        left, right, sections.pixel, config.cross_section)
+    by_picture, by_cloud = told_at_feet(sections, feet, lean, (left, right), doubt, beads, model)
+    doubt[Cause.UNSURE_FEET] = by_picture.common
+    verdicts = without_unsure(picture.verdicts, doubt, by_picture.total <= most * by_picture.width,
+                              by_picture.width < FEW_PIXELS * sections.pixel)
+    told, verdicts = told_by_both(by_picture, by_cloud, beads, verdicts, sections, most,
+                                  picture_of_use=of_use)
+    sides = points_beside(sections, told.left, told.right)
     return CrossSections(
-        Samples(sides, verdicts, sigma, sizes_on_bed(sections, sides, sigma, bed),
+        Samples(sides, verdicts, told.total, sizes_on_bed(sections, sides, told.total, bed),
                 np.full(len(index), view.number)),
-        Known(picture.contrast, feet) if picture.contrast is not None else None)
+        Known(picture.contrast, feet, model) if picture.contrast is not None else None)
 
 
 def read_picture(view: View, sections: Sections, extruding: Flags, bed: Plane,
@@ -183,6 +199,33 @@ def appearance_along(sections: Sections, extruding: Flags, known: Contrast | Non
     near = np.rint(np.interp(np.arange(len(sections.piece)), asked, np.arange(len(asked))))
     return find_appearance(sections.of(asked, step), extruding[asked], known).at(
         near.astype(np.intp))
+
+
+def told_at_feet(sections: Sections, feet: Feet, lean: Array, edges: tuple[Edges, Edges],
+                 doubt: dict[Cause, Array], beads: CloudBeads,
+                 model: BeadModel | None) -> tuple[Told, Told]:
+    """Return where the feet of N beads are by their edges in the picture, and by the cloud.
+
+    Args:
+        sections: N sections.
+        feet: how far they lie outward of both.
+        lean: (N,) how far the top of a bead seems shifted to the left, per height.
+        edges: on the left and on the right.
+        doubt: see ``width_doubt``.
+        beads: in the cloud.
+        model: what they look like there; None = there are none.
+    """
+    own = np.sqrt(sum(part**2 for part in doubt.values()))
+    left, right = ([part * sections.pixel for part in feet.outward(one)] for one in (lean, -lean))
+    common = left[SIGMA] + right[SIGMA]
+    picture = Told(edges[0].distance + left[PICTURE], edges[1].distance + right[PICTURE],
+                   own, common)
+    compared = np.isfinite(left[CLOUD] + right[CLOUD])
+    alone = beads.width * (np.nan if model is None else model.sigma)
+    cloud = Told(beads.left + np.nan_to_num(left[CLOUD]),
+                 beads.right + np.nan_to_num(right[CLOUD]), beads.sigma,
+                 np.where(compared, common, alone), compared)
+    return picture, cloud
 
 
 def points_beside(sections: Sections, left: Array, right: Array) -> SidePoints:

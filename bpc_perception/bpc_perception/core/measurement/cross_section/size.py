@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Index
-from bpc_perception.core.filters import thinned, windows_around
+from bpc_perception.core.filters import windows_around
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.height import (
     ANY_ROUNDNESS,
@@ -49,7 +49,7 @@ def sizes_on_bed(sections: Sections, sides: SidePoints, width_sigma: Array, bed:
         width_sigma: (N,) of the width between them [m].
         bed: plane of the bed.
     """
-    rows = a_pixel_apart(sections)
+    rows = sections.a_pixel_apart
     some = sides.of(rows)
     cross = crosswise(sections, bed.normal, rows)
     level, level_sigma = bed_level(cross, sections.beside[rows][:, ::cross.step])
@@ -59,11 +59,6 @@ def sizes_on_bed(sections: Sections, sides: SidePoints, width_sigma: Array, bed:
     # A bed that bends is higher below a bead than between its sides.
     found = replace(found, crest=found.crest + level)
     return found.at(np.interp(np.arange(len(width_sigma)), rows, np.arange(len(rows))))
-
-
-def a_pixel_apart(sections: Sections) -> Index:
-    """Return an index (K,) of sections that are no closer together than points of the cloud."""
-    return thinned(sections.piece, max(1, int(sections.pixel / sections.spacing)))
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
-from bpc_perception.core.filters import (
-    last_true,
-    masked_median,
-    window_sums,
-    windows_around,
-)
+from bpc_perception.core.filters import window_sums, windows_around
 from bpc_perception.core.measurement.cross_section.pooled_fit import (
     LEAST_POINTS,
     OUTLIER_SIGMAS,
@@ -31,7 +26,6 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
 POOLED_M = 7e-4  # to either side along the path
 FITTED_SHARE = 0.85  # of the width; farther out points are rare, and mixed with what lies beside
 ROUNDS = 2
-HALF_LEVEL = 0.5**0.5  # of half a width, where a parabola is half as high
 
 
 @dataclass(frozen=True)
@@ -75,29 +69,6 @@ def fit_beads(sections: Sections, middle: Array, width: Array) -> Beads:
         if _ < ROUNDS - 1:
             fitted = kept
     return _beads(coefficients, normal, spread, half, middle, sections)
-
-
-def rough_beads(sections: Sections) -> tuple[Array, Array]:
-    """Return middle and width (N,) of beads, from where they come down to half their height [m].
-
-    NaN where they do not on both sides.
-    """
-    height = np.where(sections.visible, sections.height, np.nan)
-    central = height[:, np.abs(sections.offset) <= 2 * sections.pixel]
-    ridge = sections.steady(masked_median(central, np.isfinite(central)))
-    down = height < ridge[:, None] / 2
-    middle = sections.on_path
-    left, right = (_last_before(sections.place[:, side], down[:, side])
-                   for side in (slice(middle, None), slice(middle, None, -1)))
-    width = sections.steady((left - right) / HALF_LEVEL)
-    return sections.steady((left + right) / 2), width
-
-
-def _last_before(place: Floats, down: Flags) -> Array:
-    """Return the last place (N,) in rows (N, K) before the first that is down; NaN = none."""
-    last = last_true((np.cumsum(down, axis=1) == 0) & np.isfinite(place))
-    found = (last >= 0) & down.any(axis=1)
-    return np.where(found, place[np.arange(len(place)), last], np.nan)
 
 
 def _beads(coefficients: Array, normal: Array, spread: float, half: Array, middle: Array,

@@ -8,8 +8,8 @@ from bpc_perception.core.arrays import Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.bed import bed_beside
+from bpc_perception.core.measurement.cross_section.by_cloud.rough_beads import rough_beads
 from bpc_perception.core.measurement.cross_section.height import Roundness
-from bpc_perception.core.measurement.cross_section.on_ink.bead import rough_beads
 from bpc_perception.core.measurement.cross_section.on_ink.below import Below, normals_by_path
 from bpc_perception.core.measurement.cross_section.sections.sampling import Footing, lay_sections
 from bpc_perception.core.measurement.samples import Samples

@@ -15,6 +15,7 @@ from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
 from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
+from bpc_perception.core.measurement.cross_section.by_cloud.rough_beads import rough_beads
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.edges.feet import lean_to_left
 from bpc_perception.core.measurement.cross_section.height import Shapes
@@ -23,7 +24,7 @@ from bpc_perception.core.measurement.cross_section.method import (
     points_beside,
     read_picture,
 )
-from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads, rough_beads
+from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads
 from bpc_perception.core.measurement.cross_section.on_ink.below import (
     Below,
     goes_on_beside,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
-from bpc_perception.core.filters import running_median
+from bpc_perception.core.filters import running_median, thinned
 from bpc_perception.core.measurement.scale import steady_window
 
 SAMPLE_STEP_PX = 0.5  # between samples of a section
@@ -77,6 +77,11 @@ class Sections:
     def on_path(self) -> int:
         """Which of the M samples lies on the path."""
         return len(self.offset) // 2
+
+    @property
+    def a_pixel_apart(self) -> Index:
+        """Which sections (K,) are no closer together than points of the cloud."""
+        return thinned(self.piece, max(1, int(self.pixel / self.spacing)))
 
     def steady(self, values: Array) -> Array:
         """Return the running median (N, ...) of values (N, ...) over the steady length of a piece.

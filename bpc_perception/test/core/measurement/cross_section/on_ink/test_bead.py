@@ -8,7 +8,8 @@ import numpy as np
 from perception_builders import sections_of
 import pytest
 
-from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads, rough_beads
+from bpc_perception.core.measurement.cross_section.by_cloud.rough_beads import rough_beads
+from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads
 from bpc_perception.core.measurement.cross_section.on_ink.below import Beneath
 from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
 from bpc_perception.core.measurement.cross_section.on_ink.known import (

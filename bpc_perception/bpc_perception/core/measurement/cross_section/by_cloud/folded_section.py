@@ -16,15 +16,17 @@ import numpy as np
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.filters import runs
 
-REACH, BARE = 1.7, 1.25  # how far points count, and from where on all is bed
+REACH, BARE = 1.7, 1.25  # how far points count, and from where on all is bed,
+FAR_BARE = 1.5  # where u = -1 .. 1 is told by the cloud
 CENTRAL, RIM = 0.3, (0.85, 1.0)  # of a bead's ridge, and of its rim
 BIN = 0.04  # points so close together are taken as one
+AT_FEET = 0.8, 1.2
 LEAST_POINTS, LEAST_IN_BIN = 250, 5
 ROUNDS, SETTLED = 12, 0.02  # at most, or until a round changes less than this share of a stride
 NODES = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 41))  # u, close together at the feet
 # What is fitted: the feet on the far and on the near side, H, a, b, how deep light goes, level and
 # bend of the bed. So it is among beads, within so much; and so far a round may go.
-USUAL = np.array((1.0, 1.0, 0.0, 2.1, 0.9, 0.0, 0.0, 0.0))
+USUAL = np.array((1.0, 1.0, 0.0, 2.1, 0.8, 0.0, 0.0, 0.0))
 USUAL_SIGMA = np.array((0.15, 0.15, 9.0, 0.5, 0.3, 0.01, 0.02, 0.02))
 # Of H, a, b and how deep light goes, by which beads of one print differ.
 LIKE_SIGMA = np.array((0.03, 0.15, 0.06, 0.02))
@@ -41,9 +43,11 @@ LEAST_HEIGHT = 3.0  # in sigmas of a point: of what is flatter no foot is seen
 # Light may go into ink whose rim is lower than this share of its height. How deep is not known
 # beforehand: fits begin from all of these feet and depths, and have to be so much better.
 LOW_RIM, DEPTH_SIGMA, BETTER = 0.12, 0.1, 0.8
-FEET, DEPTHS = (1.0, 1.08), (0.1, 0.2, 0.3)
-LEAST_SOLID = 0.9  # no shade makes a bead look so much wider
+FEET, FAR_FEET, DEPTHS = (1.0, 1.08), (1.0, 1.12, 1.25), (0.1, 0.2, 0.3)
+LEAST_SOLID = 0.9
 MOST_MISFIT = 2.0  # usual square of what a bin is off, in sigmas; more is no bead on an even bed
+MOST_ASKEW = 0.15  # by which a bead lies to one side of its picture
+LEAN_SIGMA = 0.04  # of feet that are seen from the side
 OUTER = 0.9  # from here to the foot a flank tells where the foot is
 
 
@@ -62,6 +66,15 @@ class FoldedFeet:
     section: Array | None
 
 
+class _Points(NamedTuple):
+    """Places, heights and sigmas (B,) of points in bins, and their lean, see ``fit_feet``."""
+
+    place: Array
+    height: Array
+    sigma: Array
+    lean: float
+
+
 class _Fit(NamedTuple):
     """What is fitted, with its covariance, and how badly: sum and median of squares."""
 
@@ -71,7 +84,8 @@ class _Fit(NamedTuple):
     usual_misfit: float
 
 
-def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) -> FoldedFeet:
+def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None, *,
+             edges_seen: bool = True) -> FoldedFeet:
     """Find the feet of beads.
 
     Args:
@@ -79,13 +93,16 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
         height: (K,) of the points above the bed.
         lean: how far a height seems shifted away from the camera, per height.
         like: (4,) the section as it was found from another side; None = not known.
+        edges_seen: whether u = -1 .. 1 are edges in a picture, beside which a low rim shows that
+            light goes into the ink; False = the cloud alone tells where beads are.
 
     Returns:
         NaN where the cloud tells nothing: there are few points, the bead is flat, the bed around
         it is not even, or it is not known whether light goes into the ink.
     """
     nothing = FoldedFeet(np.full(2, np.nan), np.full(2, np.nan), None)
-    bare, central = np.abs(u) > BARE, np.abs(u) < CENTRAL
+    bare = np.abs(u) > (BARE if edges_seen else FAR_BARE)
+    central = np.abs(u) < CENTRAL
     rim = (np.abs(u) > RIM[0]) & (np.abs(u) < RIM[1])
     if min(len(u) / 10, bare.sum(), central.sum(), rim.sum()) < LEAST_POINTS / 10:
         return nothing
@@ -93,13 +110,18 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None) ->
     noise = float(np.hypot(1.4826 * np.median(np.abs(height[bare] - bed)), SHAPE_SIGMA))
     if top < LEAST_HEIGHT * noise:
         return nothing
-    points = _in_bins(u, height, noise)
+    points = _Points(*_in_bins(u, height, noise), lean)
     low_rim = bool(np.median(height[rim]) < LOW_RIM * top)
-    best = _best_fit(points, lean, *_usual(top, like), may_be_sunken=like is None and low_rim)
-    if best is None or best.usual_misfit > MOST_MISFIT:
+    may_be_sunken = like is None and (low_rim or not edges_seen)
+    best, doubt = _best_fit(points, *_usual(top, like),
+                            (FEET if edges_seen else FAR_FEET) if may_be_sunken else (),
+                            edges_seen)
+    askew = edges_seen and abs(best.values[0] - best.values[1]) > MOST_ASKEW
+    if best.usual_misfit > MOST_MISFIT or askew:
         return nothing
     flank = section_height(np.array((OUTER,)), 0.0, _symmetric(best.values))
-    sigma = np.sqrt(np.diagonal(best.covariance)[:2] + (SHAPE_SIGMA * (1 - OUTER) / flank)**2)
+    sigma = np.sqrt(np.diagonal(best.covariance)[:2] + (SHAPE_SIGMA * (1 - OUTER) / flank)**2
+                    + doubt**2 + _gap_at_feet(points.place)**2 + (LEAN_SIGMA * lean**2)**2)
     return FoldedFeet(best.values[:2] - 1, sigma, best.values[TOP:BED])
 
 
@@ -129,17 +151,35 @@ def _in_bins(u: Array, height: Array, noise: float) -> tuple[Array, Array, Array
             np.hypot(MEDIAN_GAIN * noise * np.sqrt(ALIKE / count), SHAPE_SIGMA))
 
 
-def _best_fit(points: tuple[Array, Array, Array], lean: float, usual: Array, usual_sigma: Array,
-              *, may_be_sunken: bool) -> _Fit | None:
-    """Fit a section to ink that light does not go into, or does; None = nobody knows which."""
-    solid = _fit(points, lean, usual, usual_sigma)
-    if not may_be_sunken:
-        return solid
-    sunken = min((_fit(points, lean, *_sunken(usual, usual_sigma, foot, depth))
-                  for foot, depth in product(FEET, DEPTHS)), key=lambda fit: fit.misfit)
+def _gap_at_feet(place: Array) -> float:
+    """Return how far a foot may be off where no point lies near it, given places (B,).
+
+    So it is where a path keeps to a row of pixels.
+    """
+    near = np.sort(np.abs(place))
+    gaps = np.diff(near[(near > AT_FEET[0]) & (near < AT_FEET[1])])
+    return max(float(gaps.max(initial=0.0)) - BIN, 0.0) / 2
+
+
+def _best_fit(points: _Points, usual: Array, usual_sigma: Array,
+              sunken_feet: tuple[float, ...], edges_seen: bool) -> tuple[_Fit, Array]:
+    """Fit a section to ink that light does not go into, or does.
+
+    Fits of the latter begin with feet at each of ``sunken_feet``; without any, light does not go
+    into it. Comes with how far the feet (2,) may be off where nobody knows which.
+    """
+    solid, sure = _fit(points, usual, usual_sigma, usual, MOST), np.zeros(TOP)
+    if not sunken_feet:
+        return solid, sure
+    sunken = min((_fit(points, *_sunken(usual, usual_sigma, foot, depth))
+                  for foot, depth in product(sunken_feet, DEPTHS)), key=lambda fit: fit.misfit)
     if sunken.misfit <= BETTER * solid.misfit:
-        return sunken
-    return solid if solid.values[:TOP].min() >= LEAST_SOLID else None
+        return sunken, sure
+    # Of a low rim no shade makes a bead look so much wider.
+    unlikely = edges_seen and solid.values[:TOP].min() < LEAST_SOLID
+    if unlikely or (not edges_seen and sunken.misfit < solid.misfit):
+        return solid, np.abs(sunken.values[:TOP] - solid.values[:TOP])
+    return solid, sure
 
 
 def _usual(top: float, like: Array | None) -> tuple[Array, Array]:
@@ -151,13 +191,14 @@ def _usual(top: float, like: Array | None) -> tuple[Array, Array]:
     return usual, sigma
 
 
-def _sunken(usual: Array, sigma: Array, foot: float, depth: float) -> tuple[Array, Array, Array]:
-    """Return the same of ink into which light goes so deep, and where to begin a fit of it."""
+def _sunken(usual: Array, sigma: Array, foot: float,
+            depth: float) -> tuple[Array, Array, Array, Array]:
+    """Return the same of ink into which light goes so deep, where to begin, and how far to go."""
     usual, sigma = usual.copy(), sigma.copy()
     usual[TOP], usual[DEPTH], sigma[DEPTH] = usual[TOP] + depth, depth, DEPTH_SIGMA
     start = usual.copy()
     start[:TOP] = foot
-    return usual, sigma, start
+    return usual, sigma, start, MOST_SUNKEN
 
 
 def _symmetric(fitted: Array) -> Array:
@@ -165,12 +206,11 @@ def _symmetric(fitted: Array) -> Array:
     return np.concatenate(((1.0, 1.0), fitted[TOP:DEPTH], (0.0,)))
 
 
-def _fit(points: tuple[Array, Array, Array], lean: float, usual: Array, usual_sigma: Array,
-         start: Array | None = None) -> _Fit:
-    """Fit a section to places, heights and sigmas (B,), by the method of Gauss and Newton."""
-    u, height, sigma = points
+def _fit(points: _Points, usual: Array, usual_sigma: Array, start: Array, most: Array) -> _Fit:
+    """Fit a section to points, by the method of Gauss and Newton."""
+    u, height, sigma, lean = points
     bed = np.stack((np.ones_like(u), u**2))
-    fitted, most = (usual, MOST) if start is None else (start, MOST_SUNKEN)
+    fitted = start
     for _ in range(ROUNDS):
         bead = section_height(u, lean, fitted[:BED])
         off = (height - bead - fitted[BED:] @ bed) / sigma

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 import pytest
 
-from bpc_perception.core.measurement.cross_section.edges.folded_section import (
+from bpc_perception.core.measurement.cross_section.by_cloud.folded_section import (
     fit_feet,
     section_height,
 )
@@ -16,13 +16,13 @@ NOISE = 0.06  # of a point, in half widths
 
 
 def seen(shift: float, top: float, exponent: float, lean: float = 0.0, depth: float = 0.0,
-         count: int = 6000) -> tuple[Array, Array]:
+         count: int = 6000, seed: int = 1) -> tuple[Array, Array]:
     """Places and heights (K,) of points, in half widths of the picture.
 
     The feet of a superellipse |u|^n + (z / top)^n = 1 lie ``shift`` outward of the picture's
     edges. Light goes ``depth`` deep into the ink.
     """
-    rng = np.random.default_rng(1)
+    rng = np.random.default_rng(seed)
     true = np.linspace(-1.9, 1.9, count)
     z = top * np.maximum(1 - np.abs(true)**exponent, 0.0)**(1 / exponent)
     place = (true + z * lean) * (1 + shift)
@@ -49,9 +49,10 @@ def test_feet_are_found_beside_the_edges_of_the_picture(
 
 def test_feet_are_found_behind_the_ridge_that_hides_them() -> None:
     """Seen at 45 degrees the far foot of a round bead is hidden."""
-    feet, sigma = feet_in(*seen(0.0, 1.0, 2.0, lean=1.0), 1.0)
-    assert (np.abs(feet) < 2.5 * sigma).all()
-    assert abs(feet[1]) < 0.03
+    found = [fit_feet(*seen(0.0, 1.0, 2.0, lean=1.0, seed=seed), 1.0) for seed in range(10)]
+    shift, sigma = (np.array([getattr(one, name) for one in found]) for name in ('shift', 'sigma'))
+    assert (np.abs(shift) < 2.5 * sigma).mean() > 0.85
+    assert abs(shift[:, 1].mean()) < 0.05
 
 
 @pytest.mark.parametrize('shift', [-0.05, 0.0, 0.05])

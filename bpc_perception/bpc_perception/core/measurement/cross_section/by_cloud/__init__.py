@@ -1,0 +1,1 @@
+"""Beads as the cloud shows them, whatever their colour is."""
