@@ -36,6 +36,7 @@ from bpc_perception.core.measurement.side_points import interpolated
 POOLED_M = 1e-3  # to either side along the path
 FOLDS, ROUNDS = 3, 2  # of finding what beads look like, and of moving each to where it fits
 FITTED = 1.6  # of half a width: so much of the bed counts, too
+WIDER = 1.5  # than they seem at first, beads are at most
 STEP = 0.04  # of half a width, over which slopes of the section are taken
 # So far beads are from the model: place, half width, height per height, bed.
 PLACE_SIGMA_M, HALF_SIGMA, TOP_SIGMA, BED_SIGMA_M = 2e-4, 0.12, 0.15, 3e-5
@@ -186,7 +187,7 @@ def find_cloud_beads(sections: Sections, lean: Array, pictured: Lines | None = N
              else Lines(pictured.middle[rows], pictured.half[rows])).steady(some)
     if not (np.isfinite(start.middle) & (start.half > 0)).all():
         return _unknown(len(lean)), None
-    points = _points_of(some, lean[rows])
+    points = _points_of(some, lean[rows], start)
     if model is None:
         model, start = _learned(some, points, start, pictured is not None)
     if model is None:
@@ -205,11 +206,15 @@ def _unknown(count: int) -> CloudBeads:
     return CloudBeads(*np.full((4, count), np.nan))
 
 
-def _points_of(sections: Sections, lean: Array) -> _Points:
+def _points_of(sections: Sections, lean: Array, start: Lines) -> _Points:
+    """Return the points across sections, as far as they tell of beads that are about so wide."""
     step = max(1, round(1 / SAMPLE_STEP_PX))
-    counts = sections.visible & ~sections.foreign & np.isfinite(sections.height)
-    height = np.where(counts, sections.height, np.nan)[:, ::step].astype(np.float64)
-    place = sections.place[:, ::step] + height * lean[:, None]
+    farthest = float((np.abs(start.middle) + REACH * WIDER * start.half).max())
+    near = np.flatnonzero(np.abs(sections.offset) <= farthest)[::step]
+    counts = (sections.visible[:, near] & ~sections.foreign[:, near]
+              & np.isfinite(sections.height[:, near]))
+    height = np.where(counts, sections.height[:, near], np.nan).astype(np.float64)
+    place = sections.place[:, near] + height * lean[:, None]
     return _Points(place, height, np.abs(lean), np.where(lean >= 0, 1.0, -1.0), sections.piece,
                    windows_around(sections.piece, round(POOLED_M / sections.spacing)),
                    max(1.0, sections.pixel / sections.spacing))
