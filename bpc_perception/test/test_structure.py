@@ -39,7 +39,7 @@ EXTRAS = {'matplotlib', 'dask', 'distributed', 'mitsuba', 'pyarrow'}
 FLOOR_PLAN = {
     'bpc_perception': (
         'core.arrays', 'core.geometry', 'core.filters', 'core.parameter', 'core.robot',
-        'core.config', 'core.extruder', 'core.capture', 'core.path',
+        'core.capture.colour_space', 'core.config', 'core.extruder', 'core.capture', 'core.path',
         'core.stroke_ends', 'core.profile', 'core.amounts',
         'core.measurement.view', 'core.measurement.bed',
         'core.measurement.scale', 'core.measurement.side_points', 'core.measurement.verdicts',

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
+from bpc_perception.core.capture.colour_space import COLOUR_SPACES, LINEAR
 from bpc_perception.core.parameter import Config, ConfigError, Parameter
 from bpc_perception.core.robot.kinematics import LINK_OFFSETS_M
 
@@ -55,6 +56,9 @@ class CrossSectionConfig(Config):
     maximum_noise: Annotated[float, Parameter(
         'Noise, as a share of the contrast of ink and bed, above which nothing is known',
         '', 0.01, 1)] = 0.25
+    color_space: Annotated[str, Parameter(
+        'What the image says of the light: its levels are in proportion to it, or coded for a '
+        'screen', choices=COLOUR_SPACES)] = LINEAR
     maximum_sigma: Annotated[float, Parameter(
         'Uncertainty of a width, as a share of it, above which it is not told', '', 0.01, 10)
     ] = 0.15
@@ -380,7 +384,7 @@ class ZividConfig(Config):
         'Name of the optical frame', read_only=True)] = 'zivid_optical_frame'
     color_space: Annotated[str, Parameter(
         'Colours in proportion to the light, for right widths, or brighter for people',
-        choices=('linear_rgb', 'srgb'), read_only=True)] = 'linear_rgb'
+        choices=COLOUR_SPACES, read_only=True)] = LINEAR
     intrinsics: Annotated[str, Parameter(
         'Whose intrinsics: of the camera, or estimated for each capture',
         choices=('camera', 'frame'), read_only=True)] = 'camera'

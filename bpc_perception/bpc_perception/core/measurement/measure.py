@@ -94,7 +94,7 @@ def measure(capture: Capture, path: DepositionPath, T_base_camera: Array,
     """
     started = time.perf_counter()
     expect_own_pixels(capture)
-    view = View(capture, T_base_camera, number)
+    view = View(capture, T_base_camera, number, config.cross_section.color_space)
     path = path_before(capture, path)
     shown = view.surrounds(path.points, config.cross_section.reach * VIEW_MARGIN)
     bed = bed_around(view, path.points[shown] if shown.any() else path.points)

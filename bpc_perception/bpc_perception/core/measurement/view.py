@@ -9,6 +9,7 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.capture.colour_space import LINEAR
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.path.tangents import TYPICAL_POINTS
 
@@ -23,11 +24,13 @@ class View:
         capture: image, organized cloud and intrinsics.
         T_base_camera: (4, 4) pose of the camera's optical frame in the base frame.
         number: of the capture within the print.
+        colour_space: of its image, one of COLOUR_SPACES.
     """
 
     capture: Capture
     T_base_camera: Array
     number: int = 0
+    colour_space: str = LINEAR
 
     @cached_property
     def T_camera_base(self) -> Array:

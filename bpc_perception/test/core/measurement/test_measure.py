@@ -29,7 +29,8 @@ import pytest
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
-from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.capture.colour_space import COLOUR_SPACES, LINEAR, SRGB
+from bpc_perception.core.config import CrossSectionConfig, ThicknessConfig
 from bpc_perception.core.geometry import Plane, transform
 from bpc_perception.core.measurement.measure import (
     expect_method_for_layers,
@@ -481,3 +482,19 @@ def test_a_method_that_knows_one_layer_refuses_a_second() -> None:
     expect_method_for_layers(np.array((0, 1)), 'cross_section')
     with pytest.raises(MeasurementError, match='expected cross_section for a print in layers'):
         expect_method_for_layers(np.array((0, 1)), 'paper')
+
+
+@pytest.mark.parametrize('colour_space', COLOUR_SPACES)
+def test_an_edge_lies_where_half_of_the_light_is_reached(colour_space: str) -> None:
+    """Dark ink on a bright bed, behind a lens that blurs; coded for a screen it looks narrower."""
+    light = np.full(bed().shape, 0.8)
+    light[50:61, 30:131] = 0.03
+    light = cv2.GaussianBlur(light, (0, 0), 1.2)
+    coded = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light**(1 / 2.4) - 0.055)
+    image = np.rint(255 * (coded if colour_space == SRGB else light)).astype(np.uint8)
+    widths = {space: np.nanmedian(measure(capture_of(image, LATER), PATH, DOWN, ThicknessConfig(
+        cross_section=CrossSectionConfig(color_space=space))).thickness) / PIXEL
+        for space in COLOUR_SPACES}
+    assert widths[colour_space] == pytest.approx(11.0, abs=0.1)
+    if colour_space == SRGB:
+        assert widths[LINEAR] < 10.7

@@ -131,7 +131,7 @@ def ends_within_pixel(view: View, sections: Sections, appearance: Appearance,
     step = sections.pixel / 2 * np.cross(sections.lateral, normal)
     lines = Lines(np.concatenate((sections.foot - step, sections.foot + step)),
                   np.tile(sections.lateral, (2, 1)), ACROSS_PX * sections.pixel)
-    colour = colours_at(view.capture.image, pixels_along(view, lines))
+    colour = colours_at(view, pixels_along(view, lines))
     from_bed = colour.reshape(2, len(step), -1, 3) - appearance.bed.mean(axis=0)[:, None]
     share = np.sort(np.einsum('bnmk,nk->bnm', from_bed, appearance.weight), axis=2)
     before, behind = share[..., len(ACROSS_PX) // 2] > HALF

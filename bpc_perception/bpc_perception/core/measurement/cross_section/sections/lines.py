@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
+from bpc_perception.core.capture.colour_space import LIGHT
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.measurement.view import View
 
@@ -48,16 +48,19 @@ def pixels_along(view: View, lines: Lines) -> Floats:
     return np.ascontiguousarray(between.reshape(2, len(lines.foot), -1)[..., :count])
 
 
-def colours_at(image: NDArray[np.uint8], uv: Floats) -> Floats:
-    """Return RGB (N, M, 3) of an image (H, W, 3) at pixels (2, N, M), bilinear between its own.
+def colours_at(view: View, uv: Floats) -> Floats:
+    """Return RGB (N, M, 3) of the image at pixels (2, N, M), bilinear between its own.
 
-    What lies outside the image gets the colour of its border.
+    It is in proportion to the light, up to 255. What lies outside the image gets the colour of its
+    border.
     """
+    image = view.capture.image
     # Only the part of the image that the pixels are in is made floating point.
     last = np.array(image.shape[1::-1]) - 1
     u0, v0 = np.clip(np.nan_to_num(np.fmin.reduce(uv, axis=(1, 2))), 0, last).astype(int)
     u1, v1 = np.clip(np.nan_to_num(np.fmax.reduce(uv, axis=(1, 2))), 0, last).astype(int)
-    region = image[v0:v1 + 2, u0:u1 + 2].astype(np.float32)
+    levels = image[v0:v1 + 2, u0:u1 + 2]
+    region = np.asarray(cv2.LUT(levels, LIGHT[view.colour_space]), np.float32)
     return _remap(region, uv - np.array((u0, v0), np.float32)[:, None, None], cv2.INTER_LINEAR,
                   cv2.BORDER_REPLICATE)
 

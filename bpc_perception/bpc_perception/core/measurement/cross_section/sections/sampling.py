@@ -91,7 +91,7 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
         raised=raised_middle(height, offset, pixel, territory.beside),
         beside=territory.beside_at(offset), clearance=territory.clearance,
         foreign=territory.foreign_at(offset),
-        colour=colours_at(view.capture.image, uv), height=height,
+        colour=colours_at(view, uv), height=height,
         place=distances_along(view, seen, lines))
 
 
