@@ -130,7 +130,7 @@ def test_every_sample_without_an_answer_says_why(name: str, method: str) -> None
     np.testing.assert_array_equal(without, profile.cause != Cause.NONE)
 
 
-@pytest.mark.parametrize('turn', [30, 60, 90, 120, 135, 150])
+@pytest.mark.parametrize('turn', [30, 60, 90, 120, 135, 150, 165, 172])
 def test_at_a_sharp_corner_no_width_is_that_of_the_other_leg(turn: int) -> None:
     """There a section across one leg meets the other: a width has no meaning, and is not told."""
     width, leg = 1.4 * MM, 15 * MM

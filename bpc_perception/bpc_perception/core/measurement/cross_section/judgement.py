@@ -13,6 +13,7 @@ from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.passes import (
     meets_other_pass,
     reaches_other_part,
+    turns_back,
 )
 from bpc_perception.core.measurement.cross_section.sections.lines import (
     colours_at,
@@ -76,7 +77,8 @@ def judge(sections: Sections, ink: Floats, left: Edges, right: Edges, untold: Ca
     usual = np.abs(width - typical) <= USUAL_WIDTH * typical
     inked, gap = middle.inked | (middle.glary & usual), middle.bare & ~sections.raised
     crossing = (meets_other_pass(sections, typical, inked) | left.joined | right.joined
-                | reaches_other_part(sections, left.distance, right.distance, typical))
+                | reaches_other_part(sections, left.distance, right.distance, typical)
+                | turns_back(sections, typical))
     on_path = sections.on_path
     told = untold == Cause.NONE
     shining = inked & (np.isnan(ink) & sections.visible).any(axis=1)

@@ -6,10 +6,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Index
-from bpc_perception.core.filters import runs
+from bpc_perception.core.filters import runs, windows_around
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 
 FAR_OUT_PX = 2.0  # an edge this much farther out than usual may be that of other ink
+MOST_TURN = -0.17  # cosine of the angle, 100 degrees, from which a path turns back
 QUERIES = 4096  # sections that are asked for at once, which bounds the memory
 
 
@@ -61,6 +62,21 @@ def reaches_other_part(sections: Sections, left: Array, right: Array, width: Arr
     apart, _ = cKDTree(sections.foot).query(edge)
     reaches[index[(apart < out - margin) & (apart < half[index] + margin)]] = True
     return reaches
+
+
+def turns_back(sections: Sections, width: Array) -> Flags:
+    """Return where (N,) the path turns back within half a width or so: there both legs lie.
+
+    Args:
+        sections: N sections.
+        width: (N,) of the bead that is to be expected [m].
+    """
+    if not np.isfinite(width).any():
+        return np.zeros(len(width), bool)
+    reach = float(np.nanmedian(width)) / 2 + FAR_OUT_PX * sections.pixel
+    first, end = windows_around(sections.piece, round(reach / sections.spacing))
+    along = np.einsum('nk,nk->n', sections.lateral[first], sections.lateral[end - 1])
+    return np.asarray(along < MOST_TURN)
 
 
 def ends_of_cells(points: Array, along: Array, size: float) -> tuple[Index, Index]:
