@@ -7,11 +7,11 @@ goes into the ink puts its points below its surface, and at its feet below the b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Index
+from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.filters import running_mean, windows_around
 from bpc_perception.core.measurement.cross_section.by_cloud.folded_section import (
     fit_feet,
@@ -31,7 +31,7 @@ from bpc_perception.core.measurement.cross_section.sections.sections import (
     Sections,
 )
 from bpc_perception.core.measurement.scale import steady_window
-from bpc_perception.core.measurement.side_points import interpolated
+from bpc_perception.core.measurement.side_points import Columns
 
 POOLED_M = 1e-3  # to either side along the path
 FOLDS, ROUNDS = 3, 2  # of finding what beads look like, and of moving each to where it fits
@@ -110,7 +110,7 @@ class Lines:
 
 
 @dataclass(frozen=True)
-class CloudBeads:
+class CloudBeads(Columns):
     """Beads at N path points; NaN where the cloud does not tell.
 
     Attributes:
@@ -134,11 +134,6 @@ class CloudBeads:
         """Their middles and half widths."""
         return Lines((self.left - self.right) / 2, self.width / 2)
 
-    def at(self, place: Array) -> CloudBeads:
-        """Return the beads at places (K,), which are fractions of an index."""
-        return CloudBeads(*(interpolated(getattr(self, field.name), place)
-                            for field in fields(self)))
-
 
 @dataclass(frozen=True)
 class _Points:
@@ -149,7 +144,6 @@ class _Points:
         height: (K, M) above the feet of the sections [m]; NaN where a point is not of this bead.
         lean: (K,) how far the top of a bead seems shifted, per height.
         away: (K,) 1 where that is to the left, -1 to the right.
-        piece: (K,) number of the piece of path.
         window: rows that are fitted together.
         repeated: how often each point is among them.
     """
@@ -158,7 +152,6 @@ class _Points:
     height: Array
     lean: Array
     away: Array
-    piece: Index
     window: tuple[Index, Index]
     repeated: float
 
@@ -211,19 +204,22 @@ def _points_of(sections: Sections, lean: Array, start: Lines) -> _Points:
     step = max(1, round(1 / SAMPLE_STEP_PX))
     farthest = float((np.abs(start.middle) + REACH * WIDER * start.half).max())
     near = np.flatnonzero(np.abs(sections.offset) <= farthest)[::step]
-    counts = (sections.visible[:, near] & ~sections.foreign[:, near]
-              & np.isfinite(sections.height[:, near]))
-    height = np.where(counts, sections.height[:, near], np.nan).astype(np.float64)
+    height = np.where(_of_bead(sections), sections.height, np.nan)[:, near].astype(np.float64)
     place = sections.place[:, near] + height * lean[:, None]
-    return _Points(place, height, np.abs(lean), np.where(lean >= 0, 1.0, -1.0), sections.piece,
+    return _Points(place, height, np.abs(lean), np.where(lean >= 0, 1.0, -1.0),
                    windows_around(sections.piece, round(POOLED_M / sections.spacing)),
                    max(1.0, sections.pixel / sections.spacing))
+
+
+def _of_bead(sections: Sections) -> Flags:
+    """Return which points (N, M) may be of these beads, or of the bed beside them."""
+    return np.asarray(sections.visible & ~sections.foreign & np.isfinite(sections.height))
 
 
 def _smoothed(sections: Sections) -> Sections:
     """Return sections whose points are means along the path: one of a low bead tells nothing."""
     window = 2 * round(POOLED_M / sections.spacing) + 1
-    counts = sections.visible & ~sections.foreign & np.isfinite(sections.height)
+    counts = _of_bead(sections)
     height, place = (running_mean(np.where(counts, values, np.nan).astype(np.float64), window,
                                   sections.piece).astype(np.float32)
                      for values in (sections.height, sections.place))

@@ -20,7 +20,7 @@ REACH, BARE = 1.7, 1.25  # how far points count, and from where on all is bed,
 FAR_BARE = 1.5  # where u = -1 .. 1 is told by the cloud
 CENTRAL, RIM = 0.3, (0.85, 1.0)  # of a bead's ridge, and of its rim
 BIN = 0.04  # points so close together are taken as one
-AT_FEET = 0.8, 1.2
+AT_FEET = 0.8, 1.2  # where gaps between points make a foot unsure
 LEAST_POINTS, LEAST_IN_BIN = 250, 5
 ROUNDS, SETTLED = 12, 0.02  # at most, or until a round changes less than this share of a stride
 NODES = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 41))  # u, close together at the feet
@@ -44,7 +44,7 @@ LEAST_HEIGHT = 3.0  # in sigmas of a point: of what is flatter no foot is seen
 # beforehand: fits begin from all of these feet and depths, and have to be so much better.
 LOW_RIM, DEPTH_SIGMA, BETTER = 0.12, 0.1, 0.8
 FEET, FAR_FEET, DEPTHS = (1.0, 1.08), (1.0, 1.12, 1.25), (0.1, 0.2, 0.3)
-LEAST_SOLID = 0.9
+LEAST_SOLID = 0.9  # no shade makes a bead look so much wider
 MOST_MISFIT = 2.0  # usual square of what a bin is off, in sigmas; more is no bead on an even bed
 MOST_ASKEW = 0.15  # by which a bead lies to one side of its picture
 LEAN_SIGMA = 0.04  # of feet that are seen from the side
@@ -97,8 +97,8 @@ def fit_feet(u: Array, height: Array, lean: float, like: Array | None = None, *,
             light goes into the ink; False = the cloud alone tells where beads are.
 
     Returns:
-        NaN where the cloud tells nothing: there are few points, the bead is flat, the bed around
-        it is not even, or it is not known whether light goes into the ink.
+        NaN where the cloud tells nothing: there are few points, the bead is flat, or the bed
+        around it is not even. Where nobody knows whether light goes into the ink, sigma is larger.
     """
     nothing = FoldedFeet(np.full(2, np.nan), np.full(2, np.nan), None)
     bare = np.abs(u) > (BARE if edges_seen else FAR_BARE)
