@@ -91,9 +91,9 @@ def ask_cloud(sections: Sections, lean: Array, lines: Lines | None,
     beads, model = find_cloud_beads(sections, lean, lines, known)
     if lines is None or model is None:
         return beads, model, lines is not None
-    with np.errstate(invalid='ignore'):
-        wider = float(np.nanmedian(beads.width / (2 * lines.half)))
-    if abs(wider - 1) <= MOST_WIDER:
+    wider = beads.width / (2 * lines.half)
+    compared = np.isfinite(wider)
+    if not compared.any() or abs(np.median(wider[compared]) - 1) <= MOST_WIDER:
         return beads, model, True
     return *find_cloud_beads(sections, lean, None, known), False
 

@@ -9,9 +9,15 @@ from numpy.typing import NDArray
 from perception_builders import sections_of
 import pytest
 
-from bpc_perception.core.measurement.cross_section.by_cloud.cloud_beads import CloudBeads
+from bpc_perception.core.measurement.cross_section.by_cloud.cloud_beads import (
+    BeadModel,
+    CloudBeads,
+    Lines,
+    MOST_LEANS,
+)
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.second_opinion import (
+    ask_cloud,
     lines_in_picture,
     Told,
     told_by_both,
@@ -128,3 +134,12 @@ def test_a_picture_that_tells_less_than_half_or_is_uneven_is_of_no_use() -> None
     rng = np.random.default_rng(1)
     wild = edges(0.75 * MM * rng.uniform(0.7, 1.3, COUNT))
     assert lines_in_picture(SECTIONS, wild, wild, verdicts()) is None
+
+
+def test_where_the_cloud_shows_nothing_the_picture_is_of_use() -> None:
+    bare = sections_of(np.full((COUNT, len(OFFSET)), np.nan), OFFSET, PIXEL, PIXEL)
+    lines = Lines(np.zeros(COUNT), np.full(COUNT, 0.5 * MM))
+    model = BeadModel(np.tile((0.6, 2.0, 1.0, 0.0), (MOST_LEANS, 1)), sigma=0.02)
+    found, _, of_use = ask_cloud(bare, np.zeros(COUNT), lines, model)
+    assert np.isnan(found.width).all()
+    assert of_use

@@ -54,6 +54,15 @@ def fit_beads(sections: Sections, middle: Array, width: Array) -> Beads:
         middle: (N,) offset of the bead's middle from the path, as far as it is known [m].
         width: (N,) of the bead, as far as it is known [m].
     """
+    # If the bead is thought too wide, what lies beside it is fitted as well: so once more.
+    first = _fit(sections, middle, width)
+    own = sections.steady(np.stack((first.middle, first.width), axis=1))
+    middle, width = np.where(np.isfinite(own), own, np.stack((middle, width), axis=1)).T
+    return _fit(sections, middle, width)
+
+
+def _fit(sections: Sections, middle: Array, width: Array) -> Beads:
+    """Fit parabolas to the cloud inside beads with a middle and width (N,) [m]."""
     half = FITTED_SHARE * np.where(width > 0, width, np.nan) / 2
     with np.errstate(invalid='ignore', divide='ignore'):
         place = (sections.place - middle[:, None]) / half[:, None]

@@ -27,6 +27,7 @@ from bpc_perception.core.measurement.cross_section.method import (
 from bpc_perception.core.measurement.cross_section.on_ink.bead import fit_beads
 from bpc_perception.core.measurement.cross_section.on_ink.below import (
     Below,
+    cloud_sinks,
     goes_on_beside,
     hangs,
     ink_beneath,
@@ -82,7 +83,8 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     picture = read_picture(view, sections, track.extruding[index], bed, config, known)
     beneath = ink_beneath(track, index, bed, below.width)
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
-    beads = fit_beads(sections, middle, width)
+    sinks = cloud_sinks(track, index, laid)
+    beads = None if sinks else fit_beads(sections, middle, width)
     cross = crosswise(sections, normal, np.arange(len(index)))
     slope = -lean_to_left(view, sections, bed.normal)
     reach = reach_of_ink_below(track, index, bed, sections, below.width, laid, slope)
@@ -104,10 +106,10 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
         unknown_surface(len(index)) if lower is None
         else lower.surface(sections, sides, shapes.roundness, normal, bed))
     found = sizes(shapes, sides, widths.sigma, before, before_sigma)
-    if lower is None and (laid.status[track.layer == layer - 1] == Status.MEASURED).any():
-        # Its height was refused: light goes into this ink, so the cloud lies here as well.
+    if sinks:
         found = Sizes.unknown(len(index))
-    gap = missing_ink(sections, beads, widths.sure, before[:, MIDDLE])
+    gap = (np.zeros(len(index), bool) if beads is None
+           else missing_ink(sections, beads, widths.sure, before[:, MIDDLE]))
     return Samples(sides, judged(sections, picture, widths, found.height, gap), widths.sigma,
                    found, np.full(len(index), view.number))
 

@@ -53,7 +53,7 @@ class Widths:
 
 def find_widths(sections: Sections, slope: Array, beneath: Beneath, edges: tuple[Edges, Edges],
                 cliffs: tuple[Array, Array], reach: Array, edge_sigma: float,
-                beads: Beads) -> Widths:
+                beads: Beads | None) -> Widths:
     """Return what picture and cloud say together of N sections.
 
     Args:
@@ -64,14 +64,16 @@ def find_widths(sections: Sections, slope: Array, beneath: Beneath, edges: tuple
         cliffs: (N,) where beads break off in the cloud, on both sides [m].
         reach: (2, N) how far out ink below seems to reach on both sides [m].
         edge_sigma: of an edge in the picture, beside its noise [m].
-        beads: what the cloud says.
+        beads: what the cloud says; None = it lies, and only the picture tells.
     """
     foot = foot_sigma(beneath)
     # On ink the cloud goes down where that ends, whatever is on it.
-    free = hangs(beneath)
+    free = hangs(beneath) & (beads is not None)
     sides = [_side(edge, np.where(free, cliff, np.nan), out, sections, edge_sigma)
              for edge, cliff, out in zip(edges, cliffs, reach, strict=True)]
     (left, left_sigma), (right, right_sigma) = sides
+    if beads is None:
+        return _pictured(left, right, np.hypot(left_sigma, right_sigma), sections)
     pictured = np.all([edge.distance == place for edge, (place, _) in zip(
         edges, sides, strict=True)], axis=0)
     middle_sigma = np.hypot(beads.width_sigma / 2, slope * foot)
@@ -87,6 +89,14 @@ def find_widths(sections: Sections, slope: Array, beneath: Beneath, edges: tuple
     return Widths(width, sigma, np.where(both, left, beads.middle + width / 2),
                   np.where(both, right, width / 2 - beads.middle),
                   believed(found, by_cloud, beads.top, pictured, sections))
+
+
+def _pictured(left: Array, right: Array, sigma: Array, sections: Sections) -> Widths:
+    """Return what the picture alone tells of N sections, where it shows both edges [m]."""
+    width = left + right
+    sure = sigma <= LARGEST_SIGMA * width
+    return Widths(width, sigma, left, right,
+                  sure & like_those_around(width, sure, MOST_UNLIKE_SEEN, sections))
 
 
 def believed(found: Known, by_cloud: Known, top: Array, pictured: Flags,
@@ -105,12 +115,19 @@ def believed(found: Known, by_cloud: Known, top: Array, pictured: Flags,
         usual = np.nanmedian(top) if np.isfinite(top).any() else np.nan
         agree = np.abs(width - by_cloud[0]) <= AGREE_SIGMAS * np.hypot(sigma, by_cloud[1])
         sure = agree & (top > LEAST_TOP * usual) & (sigma <= LARGEST_SIGMA * width)
-    # An edge among those of ink below may be theirs: what is told has to go on along the bead.
-    usual_width = usual_around(np.where(sure, width, np.nan), sections)
-    with np.errstate(invalid='ignore'):
-        like = np.abs(width - usual_width) <= usual_width * np.where(
-            pictured, MOST_UNLIKE_SEEN, MOST_UNLIKE)
-    return np.asarray(sure & like)
+    return np.asarray(sure & like_those_around(
+        width, sure, np.where(pictured, MOST_UNLIKE_SEEN, MOST_UNLIKE), sections))
+
+
+def like_those_around(width: Array, sure: Flags, most: Array | float,
+                      sections: Sections) -> Flags:
+    """Return which widths (N,) are like those that are sure (N,) around them on the bead.
+
+    An edge among those of ink below may be theirs: what is told has to go on along the bead.
+    ``most`` is by how much one may differ, as a share of the usual width.
+    """
+    usual = usual_around(np.where(sure, width, np.nan), sections)
+    return np.asarray(np.abs(width - usual) <= most * usual)
 
 
 def usual_around(width: Array, sections: Sections) -> Array:

@@ -50,6 +50,14 @@ def test_width_height_and_middle_are_those_of_the_bead(width: float, middle: flo
     np.testing.assert_allclose(found.middle, middle * MM, atol=0.08 * MM)
 
 
+@pytest.mark.parametrize('thought', [0.85, 1.1, 1.2])
+def test_a_bead_that_is_thought_too_narrow_or_wide_is_told_as_it_is(thought: float) -> None:
+    """What lies beside it is not of it."""
+    found = fit_beads(bead(), np.zeros(COUNT), np.full(COUNT, thought * WIDTH))
+    assert abs(np.median(found.width) - WIDTH) < 0.02 * WIDTH
+    assert abs(np.median(found.top) - TOP) < 0.02 * TOP
+
+
 def test_where_the_cloud_has_too_few_points_nothing_is_told() -> None:
     sections = bead()
     bare = sections.height.copy()
