@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from bpc_perception.cli.parts.layer_table import show_layers
 from bpc_perception.cli.parts.options import (
     BagArgument,
     FiguresOption,
@@ -68,6 +69,9 @@ def measure(
                 results.add(result)
                 advance()
         files = results.finish()
+    for result in results.reported:
+        if result.profile is not None:
+            show_layers(terminal, result.profile)
     for warning in dict.fromkeys(text for result in results.reported for text in (
             result.warning, lost_in_words(result.profile) if result.profile else '')):
         if warning:

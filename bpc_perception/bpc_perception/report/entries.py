@@ -102,7 +102,7 @@ def advice_entry(advice: RateAdvice) -> dict[str, Any]:
         'measured_area_mm2': advice.measured_area * MM_PER_M**2,
         'delivery': advice.delivery,
         'delivery_sigma': advice.delivery_sigma,
-        'lag_s': advice.lag,
+        'lag_s': round(advice.lag, 6),
         'flow_rate_in_force_ul_per_s': advice.flow_rate_in_force * UL_PER_M3,
         'speed_in_force_mm_per_s': advice.speed_in_force * MM_PER_M,
         'window_start_mm': advice.window[0] * MM_PER_M,

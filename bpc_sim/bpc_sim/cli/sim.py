@@ -22,8 +22,8 @@ SLOWEST_MM_S, FASTEST_MM_S = 0.1, 500
 def sim(
     scenario: Annotated[str | None, typer.Option(help=(
         'What is printed: spiral_gaps, line, ring, meander, archimedean, fermat, strokes, dense, '
-        'purge, stack, wall, lattice or lattice_curved. In a closed loop what goes wrong, as in '
-        '`bpc study closedloop`: under_delivery unless told otherwise.'
+        'purge, stack, wall, lattice, crosshatch or lattice_curved. In a closed loop what goes '
+        'wrong, as in `bpc study closedloop`: under_delivery unless told otherwise.'
     ))] = None,
     speed: Annotated[float, typer.Option(help='Of the nozzle [mm/s].')] = 3.0,
     rate: Annotated[float | None, typer.Option(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+import re
 import shutil
 import signal
 import subprocess
@@ -12,6 +13,7 @@ import sys
 import pytest
 
 from bpc_perception.recording.bag import Bag
+from bpc_sim.printer import scenarios
 from bpc_system_tests.parts.command_line import (
     command,
     OUTPUTS,
@@ -41,6 +43,11 @@ def test_every_command_explains_itself(name: str) -> None:
     text = succeed(name, '--help')
     assert text.startswith(f'Usage: bpc {name} ')
     assert '--help' in text
+
+
+def test_sim_names_all_that_it_prints() -> None:
+    words = re.split(r'[\s,.]+', succeed('sim', '--help'))
+    assert set(scenarios.SCENARIOS) <= set(words)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

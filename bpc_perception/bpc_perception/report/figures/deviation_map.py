@@ -42,7 +42,7 @@ def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Fi
     _add_unmeasured(figure, profile)
     return figure.update_layout(
         layout(), margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, legend={'y': 0},
-        scene=_scene(profile))
+        scene=_scene(profile), coloraxis=_colours('median' if targets is None else 'target'))
 
 
 def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
@@ -67,13 +67,9 @@ def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
     hover_data = np.column_stack((arc, thickness)) * MM_PER_M
     figure.add_mesh3d(
         x=x, y=y, z=z, i=i, j=j, k=k, intensity=single(np.nan_to_num(np.tile(deviation, 2))),
-        cmin=-PERCENT * FULL_COLOUR_DEVIATION, cmax=PERCENT * FULL_COLOUR_DEVIATION,
-        colorscale=((0, TOO_THIN_COLOUR), (0.5, ON_TARGET_COLOUR), (1, TOO_THICK_COLOUR)),
-        name='measured', meta={'layer': layer}, showscale=not figure.data,
+        # One bar for all layers: that of a trace goes when its layer is not shown.
+        coloraxis='coloraxis', name='measured', meta={'layer': layer},
         lighting={'ambient': 1, 'diffuse': 0, 'specular': 0, 'fresnel': 0},
-        colorbar={'title': {'text': 'off the ' + ('median' if targets is None else 'target')},
-                  'ticksuffix': ' %', 'thickness': 12, 'orientation': 'h', 'y': 1,
-                  'yanchor': 'bottom'},
         customdata=single(np.tile(hover_data, (2, 1))),
         hovertemplate='%{customdata[1]:.3f} mm at %{customdata[0]:.1f} mm<extra></extra>')
 
@@ -98,6 +94,14 @@ def _add_unmeasured(figure: go.Figure, profile: ThicknessProfile) -> None:
             colour = OCCLUDED_COLOUR if status == Status.OCCLUDED else STATUS_COLOURS[status]
             figure.add_scatter3d(x=x, y=y, z=z, mode='lines', name=label(status),
                                  line={'color': colour, 'width': 5}, hoverinfo='name')
+
+
+def _colours(reference_name: str) -> dict[str, Any]:
+    """Return the scale of colours, and its bar."""
+    return {'cmin': -PERCENT * FULL_COLOUR_DEVIATION, 'cmax': PERCENT * FULL_COLOUR_DEVIATION,
+            'colorscale': ((0, TOO_THIN_COLOUR), (0.5, ON_TARGET_COLOUR), (1, TOO_THICK_COLOUR)),
+            'colorbar': {'title': {'text': f'off the {reference_name}'}, 'ticksuffix': ' %',
+                         'thickness': 12, 'orientation': 'h', 'y': 1, 'yanchor': 'bottom'}}
 
 
 def _scene(profile: ThicknessProfile) -> dict[str, Any]:

@@ -5,10 +5,12 @@ import json
 import logging
 import os
 
+import numpy as np
 import pytest
 
 from bpc_perception.cli import compare
 from bpc_perception.cli.app import refuse
+from bpc_perception.cli.parts.layer_table import show_layers
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import show_held_warnings, Terminal
 from bpc_perception.report import comparison
@@ -64,6 +66,21 @@ def test_scripts_get_an_object_a_line(capsys, profile, advice):
     assert capture['advice']['flow_rate_scale'] == 0.7
     assert warning == {'event': 'warning', 'text': 'look here'}
     assert said.err == ''
+
+
+def test_layers_get_a_line_each(capsys, profile):
+    show_layers(Terminal(), profile)
+    assert capsys.readouterr().out == ''  # there is but one
+    layers = replace(profile, layer=np.array((0, 0, 1, 1)))
+    show_layers(Terminal(), layers)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[1] for line in lines if line[:3].strip('│ ').isdigit()] == ['0', '1']
+    assert 'height [mm]' in ''.join(lines)
+    show_layers(Terminal(json_lines=True), layers)
+    told = [json.loads(line, parse_constant=pytest.fail)
+            for line in capsys.readouterr().out.splitlines()]
+    assert [(each['event'], each['layer'], each['gap_count']) for each in told] == [
+        ('layer', 0, 1), ('layer', 1, 0)]
 
 
 def test_nobody_gets_nothing(capsys, profile, advice):

@@ -146,6 +146,8 @@ def test_what_is_drawn_says_of_which_layer_it_is(result):
     assert len(names) == len(set(names)) == len({trace.name for trace in traces})
     ribbons = [trace for trace in map_figure(layered, None).data if trace.name == 'measured']
     assert [trace.meta['layer'] for trace in ribbons] == [0, 1]
+    # The bar of colours is there whichever layer is shown.
+    assert {trace.coloraxis for trace in ribbons} == {'coloraxis'}
 
 
 def test_height_is_a_second_curve_where_it_is_known(result):
