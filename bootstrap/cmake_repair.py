@@ -27,6 +27,7 @@ def repair_exports(prefix: Path, python_include: str, numpy_include: str) -> int
         before = export.read_text()
         after = repaired(before, python_include, numpy_include)
         if after != before:
+            export.unlink()  # it may be a link into the cache of the installer
             export.write_text(after)
             changed += 1
     return changed

@@ -41,7 +41,7 @@ def search_paths(venv: Venv, given: Mapping[str, str], build: Path | None) -> di
         wheel_libraries = sorted(venv.path.glob('lib/python3*/site-packages/ros_*.libs'))
         libraries += [venv.path / 'lib', *wheel_libraries]
     folders = {
-        'PATH': [venv.path / 'bin'],
+        'PATH': [venv.path / 'bin', *sorted(venv.path.glob('extras/*/bin'))],
         'AMENT_PREFIX_PATH': prefixes,
         'CMAKE_PREFIX_PATH': prefixes,
         'LD_LIBRARY_PATH': libraries,

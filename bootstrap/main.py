@@ -8,7 +8,7 @@ from pathlib import Path
 import sys
 from typing import NoReturn
 
-from bootstrap import environment, places, ros, venv, workspace
+from bootstrap import environment, extras, places, ros, venv, workspace
 from bootstrap.progress import note, SetupError, without_settings
 from bootstrap.workspace import Workspace
 
@@ -51,12 +51,25 @@ def set_up(root: Path, rclpy: Path | None) -> Workspace:
             if 'ROS_DISTRO' in os.environ and rclpy is None:
                 note('the sourced ROS has no rclpy that this Python can load; using wheels')
             venv.check_prerequisites(root)
-            made = venv.make(root, rclpy, root / LOGS / 'pip.log')
+            made = venv.make(root, rclpy, root / LOGS / 'packages.log')
         built = workspace.find(made) or workspace.build(made, root / LOGS / 'colcon.log')
         for place in built.places:
             places.hold(place)
     note('ready')
     return built
+
+
+def add_extras(root: Path, made: venv.Venv, arguments: Sequence[str]) -> None:
+    """Add what the command needs beside what all need, if it is not there yet."""
+    if not extras.missing(made, arguments):
+        return
+    try:
+        with only_one(root):
+            extras.add(made, extras.missing(made, arguments), root / LOGS / 'extras.log')
+    except SetupError as error:
+        if list(arguments) != ['env']:  # a shell may do without them
+            raise
+        note(str(error))
 
 
 def tidy(root: Path, built: Workspace) -> None:
@@ -85,6 +98,7 @@ def main(root: str, arguments: Sequence[str]) -> int:
         rclpy = ros.stock_rclpy(os.environ, folder)
         built = what_is_there(folder, rclpy) or set_up(folder, rclpy)
         tidy(folder, built)
+        add_extras(folder, built.venv, arguments)
         if list(arguments) == ['env']:
             values = environment.variables(built.venv, os.environ, built.path)
             sys.stdout.buffer.write(os.fsencode(environment.exports(values, os.environ)))

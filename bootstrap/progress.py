@@ -10,10 +10,10 @@ import time
 NOTE_INTERVAL_S = 20.0  # between lines of progress where there is no terminal
 
 
-# The user's settings for other Pythons, which break or garble ours.
+# The user's settings for other Pythons, which break, garble or slow ours.
 PYTHON_SETTINGS = (
-    'PYTHONHOME', 'PYTHONINSPECT', 'PYTHONOPTIMIZE', 'PYTHONPLATLIBDIR', 'PYTHONSAFEPATH',
-    'PYTHONWARNINGS',
+    'PYTHONDONTWRITEBYTECODE', 'PYTHONHOME', 'PYTHONINSPECT', 'PYTHONOPTIMIZE',
+    'PYTHONPLATLIBDIR', 'PYTHONSAFEPATH', 'PYTHONWARNINGS',
 )  # fmt: skip
 
 

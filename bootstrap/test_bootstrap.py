@@ -343,37 +343,19 @@ def test_cmake_exports_name_this_python() -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ('log', 'reason'),
-    [
-        (
-            'WARNING: Retrying (Retry(total=0)) after connection broken\n'
-            'ERROR: Could not find a version that satisfies a==1 (from versions: none)\n'
-            'ERROR: No matching distribution found for a==1\n',
-            'no connection; Could not find a version that satisfies a==1 (from versions: none)',
-        ),
-        (
-            'ERROR: Could not install packages due to an OSError: '
-            '[Errno 28] No space left on device\n',
-            'the disk is full; Could not install packages due to an OSError: '
-            '[Errno 28] No space left on device',
-        ),
-        ('killed\n', 'an error'),
-    ],
-)
-def test_reason_of_a_failed_installation(log: str, reason: str) -> None:
-    assert venv.why_pip_failed(log) == reason
+def test_a_repaired_export_leaves_its_file_in_the_cache_as_it_is(tmp_path: Path) -> None:
+    cache, export = tmp_path / 'cache', tmp_path / 'share' / 'a' / 'cmake' / 'a.cmake'
+    export.parent.mkdir(parents=True)
+    cache.write_text('/opt/python/cp312-cp312/include/python3.12\n')
+    export.hardlink_to(cache)
+    assert cmake_repair.repair_exports(tmp_path, '/usr/include/python3.12', '/numpy') == 1
+    assert export.read_text() == '/usr/include/python3.12\n'
+    assert cache.read_text().startswith('/opt/python')
 
 
 def test_reason_of_a_failed_build() -> None:
     log = 'Starting >>> a\nFailed   <<< a [0.5s, exited with code 1]\nSummary: 0 packages\n'
     assert workspace.why_colcon_failed(log) == 'a failing'
-
-
-def test_build_tools_are_the_locked_ones() -> None:
-    wanted = 'setuptools==79 \\\n    --hash=sha256:b\n    # via x\n'
-    lock = 'scipy==1 \\\n    --hash=sha256:a\n' + wanted + 'six==1'
-    assert venv.build_tools_of(lock) == wanted
 
 
 def test_another_distribution_is_refused(tmp_path: Path) -> None:
@@ -412,10 +394,10 @@ def test_each_start_of_an_environment_orders_its_paths(checkout: Path) -> None:
 
 
 def test_settings_for_other_pythons_are_left_out() -> None:
-    given = {'PYTHONHOME': '/other', 'PYTHONWARNINGS': 'error', 'PYTHONPATH': '/mine'}
+    given = {'PYTHONHOME': '/other', 'PYTHONDONTWRITEBYTECODE': '1', 'PYTHONPATH': '/mine'}
     assert progress.without_settings(given) == {'PYTHONPATH': '/mine'}
     assert environment.exports({'BPC_ROOT': '/r'}, given) == (
-        'unset PYTHONHOME\nunset PYTHONWARNINGS\nexport BPC_ROOT=/r\n'
+        'unset PYTHONDONTWRITEBYTECODE\nunset PYTHONHOME\nexport BPC_ROOT=/r\n'
     )
 
 

@@ -4,23 +4,19 @@ from dataclasses import dataclass
 import importlib.util
 import os
 from pathlib import Path
-import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 
-from bootstrap import cmake_repair, path_order, places, stamps
+from bootstrap import cmake_repair, lock, packages, path_order, places, stamps
+from bootstrap.packages import Packages
 from bootstrap.progress import note, run_logged, SetupError
 
-NEEDED_SPACE_BYTES = 2.0e9  # for the environment, the build, and what pip downloads meanwhile
+NEEDED_SPACE_BYTES = 2.0e9  # for the environment, the build, and what is downloaded meanwhile
 
-# Patterns in pip's log, and what they mean. The first that matches is the reason.
-PIP_FAILURES = (
-    (r'No space left on device', 'the disk is full'),
-    (r'DO NOT MATCH THE HASHES', 'a package whose content differs from the lock'),
-    (r'Retrying \(|NewConnectionError|ConnectTimeout|ProxyError', 'no connection'),
-)
+# Files of requirements whose packages are installed at first; for the others see extras.py.
+AT_FIRST = ('requirements.in', 'stock.in', 'run.in', 'build.in')
 
 
 @dataclass(frozen=True)
@@ -122,59 +118,17 @@ def check_compiler() -> None:
             )
 
 
-def why_pip_failed(log_text: str) -> str:
-    """Return the reason of a failed installation in a few words, and pip's first error."""
-    meaning = next((text for pattern, text in PIP_FAILURES if re.search(pattern, log_text)), '')
-    errors = re.findall(r'^\s*ERROR: (.*)$', log_text, re.MULTILINE)
-    return '; '.join(part for part in (meaning, *errors[:1]) if part) or 'an error'
-
-
-def build_tools_of(lock_text: str) -> str:
-    """Return the part of a lock that pip needs first, for packages published as source only."""
-    found = re.search(r'^setuptools==.*\n(?:[ \t].*\n?)*', lock_text, re.MULTILINE)
-    return found.group() if found else ''
-
-
-def install(venv: Venv, log: Path) -> None:
-    """Install exactly the packages of the lock."""
-    downloads = venv.path / 'downloads'  # on the disk that was looked at
-    downloads.mkdir()
-    environment = {
-        **{key: value for key, value in os.environ.items() if key != 'PYTHONPATH'},
-        '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1',  # pip needs none of the ROS libraries
-        'PIP_DISABLE_PIP_VERSION_CHECK': '1',
-        'PIP_NO_INPUT': '1',
-        'PIP_PROGRESS_BAR': 'off',
-        'TMPDIR': str(downloads),
-    }
-    build_tools = venv.path / 'build-tools.lock'
-    build_tools.write_text(build_tools_of(venv.lock.read_text()))
-    for requirements in (build_tools, venv.lock):
-        command = [
-            *(str(venv.python), '-m', 'pip', 'install', '-r', str(requirements), '--no-compile'),
-            *('--require-hashes', '--no-deps', '--no-build-isolation', '--use-pep517'),
-        ]
-        if not run_logged(command, log, cwd=venv.root, environment=environment):
-            raise SetupError(
-                f'expected the packages of bootstrap/{venv.lock.name} from the package index, '
-                f'found: {why_pip_failed(log.read_text(errors="replace"))} (log: {log})'
-            )
-    shutil.rmtree(downloads)
-
-
-def compile_modules(venv: Venv, log: Path) -> None:
-    """Compile the installed modules on all cores; pip on one core takes three times as long."""
-    command = [str(venv.python), '-I', '-m', 'compileall', '-q', '-j', '0', str(venv.path / 'lib')]
-    # A failure does no harm: some packages contain files that only another Python can compile.
-    run_logged(command, log, cwd=venv.root, environment=os.environ)
+def at_first(lock_text: str) -> dict[str, str]:
+    """Return the entries of a lock that are installed at first, by package."""
+    return lock.part(lock_text, AT_FIRST)
 
 
 def order_paths(venv: Venv) -> None:
     """Let no other NumPy win over that of the environment, as one in PYTHONPATH would."""
-    packages = venv.path / 'lib' / f'python{own_version()}' / 'site-packages'
-    shutil.copy(Path(path_order.__file__), packages / 'bpc_path_order.py')
+    site = venv.path / 'lib' / f'python{own_version()}' / 'site-packages'
+    shutil.copy(Path(path_order.__file__), site / 'bpc_path_order.py')
     call = f'import bpc_path_order; bpc_path_order.put_last({str(venv.root)!r})\n'
-    (packages / 'bpc_path_order.pth').write_text(call)
+    (site / 'bpc_path_order.pth').write_text(call)
 
 
 def complete_ros(venv: Venv) -> None:
@@ -200,11 +154,10 @@ def make(root: Path, rclpy: Path | None, log: Path) -> Venv:
         if not run_logged(command, log, cwd=root, environment=os.environ):
             wanted = ' '.join(command[:4])
             raise SetupError(f'expected {wanted} to work, found an error (log: {log})')
-        count = len(re.findall(r'^[\w.-]+==', venv.lock.read_text(), re.MULTILINE))
-        note(f'[2/3] about {count} packages from the package index, a minute or two')
-        install(venv, log)
+        entries = at_first(venv.lock.read_text())
+        note(f'[2/3] {len(entries)} packages from the package index')
+        packages.install(Packages(entries, venv.lock.name, venv.python), log)
         order_paths(venv)
-        compile_modules(venv, log)
         if rclpy is None:
             complete_ros(venv)
         places.complete(path, venv.stamp(own_version()))

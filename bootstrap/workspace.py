@@ -66,7 +66,9 @@ def build(venv: Venv, log: Path) -> Workspace:
         note('[3/3] building the workspace')
         folders = [f'--{name}-base={path / name}' for name in ('build', 'install')]
         colcon = [str(venv.python), '-m', 'colcon', 'build', *folders]
-        given = {**os.environ, **environment.variables(venv, os.environ, None)}
+        # Without, colcon lets a core rest while others on the machine work.
+        given = {'MAKEFLAGS': f'-j{os.cpu_count() or 1}', **os.environ,
+                 **environment.variables(venv, os.environ, None)}  # fmt: skip
         if not run_logged(colcon, log, cwd=venv.root, environment=given):
             reason = why_colcon_failed(log.read_text(errors='replace'))
             raise SetupError(

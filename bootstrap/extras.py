@@ -1,0 +1,85 @@
+"""What only some commands need: added to an environment when one of them is first called."""
+
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import secrets
+import shutil
+
+from bootstrap import lock, packages, places
+from bootstrap.packages import Packages
+from bootstrap.progress import note, SetupError
+from bootstrap.venv import at_first, Venv
+
+FOLDER, UNFINISHED = 'extras', '.part-'
+PATH_FILE = 'bpc_extras.pth'
+# By file of requirements: what for, and how much room is needed on the way [bytes].
+EXTRAS = {
+    'batch': ('batch', 0.5e9),
+    'figures': ('--figures', 0.2e9),
+    'page': ('--page', 0.2e9),
+    'tests': ('test and env', 0.6e9),
+}
+ALL = frozenset(EXTRAS)
+NEEDED_BY_COMMAND = {'batch': {'batch'}, 'test': ALL, 'env': ALL}
+NEEDED_BY_OPTION = {'--figures': {'figures'}, '--page': {'page'}}
+
+
+def needed(arguments: Sequence[str]) -> set[str]:
+    """Return the extras that a command line needs."""
+    found = set(NEEDED_BY_COMMAND.get(arguments[0], ())) if arguments else set()
+    return found.union(*(NEEDED_BY_OPTION.get(word, ()) for word in arguments))
+
+
+def missing(venv: Venv, arguments: Sequence[str]) -> list[str]:
+    """Return the extras that a command line needs and an environment lacks."""
+    return sorted(name for name in needed(arguments) if not (venv.path / FOLDER / name).is_dir())
+
+
+def add(venv: Venv, names: Collection[str], log: Path) -> None:
+    """Add extras: each is there completely, or not at all.
+
+    Nothing that is there is changed, so that what runs goes on.
+
+    Raises:
+        SetupError: they cannot be had; the message names what needs them.
+    """
+    log.write_bytes(b'')
+    text = venv.lock.read_text()
+    for name in names:
+        what_for, room = EXTRAS[name]
+        entries = {package: entry for package, entry in lock.part(text, [f'{name}.in']).items()
+                   if package not in at_first(text)}  # fmt: skip
+        note(f'adding {len(entries)} packages for {what_for}')
+        places.check_space(venv.root, room)
+        with new(venv) as folder:
+            try:
+                packages.install(Packages(entries, f'{name}.in', venv.python, folder), log)
+            except SetupError as error:
+                raise SetupError(f'for {what_for}: {error}') from error
+            put_on_path(venv)
+            os.replace(folder, venv.path / FOLDER / name)
+
+
+@contextmanager
+def new(venv: Venv) -> Iterator[Path]:
+    """Make a folder for an extra, and remove it and what killed set-ups left, unless it moved."""
+    parent = venv.path / FOLDER
+    parent.mkdir(exist_ok=True)
+    folder = parent / f'{UNFINISHED}{secrets.token_hex(4)}'
+    try:
+        yield folder
+    finally:
+        for left in parent.glob(f'{UNFINISHED}*'):
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def put_on_path(venv: Venv) -> None:
+    """Let the interpreter look for modules in extras, which need not be there."""
+    (packages_of,) = venv.path.glob('lib/python3*/site-packages')
+    lines = ''.join(f'{os.path.relpath(venv.path / FOLDER / name, packages_of)}\n'
+                    for name in EXTRAS)  # fmt: skip
+    written = packages_of / f'{PATH_FILE}.new'
+    written.write_text(lines)
+    os.replace(written, packages_of / PATH_FILE)
