@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 
 import typer
 
+from bpc_perception.cli.parts.command_help import help_of
 from bpc_perception.cli.parts.terminal import show_held_warnings, WARNINGS
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED
@@ -33,28 +34,39 @@ COMMANDS = {name: f'bpc_perception.cli.{place}' for name, place in (
     ('check', 'check:check'), ('calibrate', 'calibrate:app'))}
 
 
-def command_line(words: Sequence[str] = ()) -> typer.Typer:
-    """Return the command line, with the command that words begin with, or else with all."""
+def command_line(words: Sequence[str] | None = None) -> typer.Typer:
+    """Return the command line, with the command that words begin with.
+
+    Where they begin with none it has all, which only tell what they are for. Without words, all
+    are loaded.
+    """
     # Commands of other packages are, for example, those of the simulator where it is installed.
     commands = [EntryPoint(name, place, GROUP) for name, place in COMMANDS.items()]
     commands += sorted(set(entry_points(group=GROUP)))
-    called = [command for command in commands if command.name in words[:1]]
+    called = commands if words is None else [each for each in commands if each.name in words[:1]]
     app = typer.Typer(add_completion=False, rich_markup_mode=None,
                       pretty_exceptions_enable=False,
                       help='Live thickness feedback for robotic bioprinting. Also: ./bpc env '
                            'prints the environment, for colcon and tools run by hand.')
     app.callback()(_nothing)  # or a single command would need no name
-    for command in called or commands:
+    for command in called:
         loaded = command.load()
         if isinstance(loaded, typer.Typer):
             app.add_typer(loaded, name=command.name)
         else:
             app.command(command.name)(loaded)
+    if not called:
+        for command in commands:
+            app.command(command.name, help=help_of(command))(_not_first)
     return app
 
 
 def _nothing() -> None:
     pass
+
+
+def _not_first() -> None:
+    raise ValueError('expected the command as the first word, found another; see ./bpc --help')
 
 
 def main() -> None:

@@ -129,9 +129,10 @@ class PrintTracker:
     def _decide(self) -> None:
         """Go on with the print or start another, once it is known where ink came after a pause."""
         stamp_ns = self._undecided_ns
-        tip = next((step.tip for step in self._poses
-                    if stamp_ns is not None and step.stamp_ns >= stamp_ns), None)
-        if stamp_ns is None or tip is None:
+        if stamp_ns is None:
+            return
+        tip = next((step.tip for step in self._poses if step.stamp_ns >= stamp_ns), None)
+        if tip is None:
             return
         self._undecided_ns = None
         assert self._print is not None

@@ -22,7 +22,7 @@ from bpc_perception.display.legend import (
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
 from bpc_perception.report.figures.data import on_map, pen_up
-from bpc_perception.report.figures.style import layout, single
+from bpc_perception.report.figures.style import new_figure, single
 from bpc_perception.report.uniformity import reference
 
 BACKGROUND_COLOUR = '#4D4D4D'  # a grey on which all colours of the deviation show
@@ -36,12 +36,12 @@ def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Fi
 
     The deviation is from the target, or from the median without one.
     """
-    figure = go.Figure()
+    figure = new_figure()
     for layer, own in layers_of(profile):
         _add_ribbon(figure, profile, targets, layer, own)
     _add_unmeasured(figure, profile)
     return figure.update_layout(
-        layout(), margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, legend={'y': 0},
+        margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, legend={'y': 0},
         scene=_scene(profile), coloraxis=_colours('median' if targets is None else 'target'))
 
 

@@ -10,7 +10,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.report.figures.data import thickness_ceiling
-from bpc_perception.report.figures.style import layout, reference_line, single
+from bpc_perception.report.figures.style import new_figure, reference_line, single
 
 BIN_COUNT = 40
 
@@ -20,7 +20,7 @@ def histogram_figure(profile: ThicknessProfile, targets: WidthTargets | None) ->
     summary, measured = profile.summary, profile.status == Status.MEASURED
     widths, high = profile.thickness[measured] * MM_PER_M, thickness_ceiling(profile, targets)
     low = 0.95 * float(widths.min(initial=high))
-    figure = go.Figure(go.Histogram(
+    figure = new_figure().add_trace(go.Histogram(
         x=single(widths), xbins={'start': low, 'size': (high - low) / BIN_COUNT}, name='measured',
         marker={'color': STATUS_COLOURS[Status.MEASURED]}, opacity=0.6,
         hovertemplate='%{x} mm: %{y} samples<extra></extra>'))
@@ -34,5 +34,5 @@ def histogram_figure(profile: ThicknessProfile, targets: WidthTargets | None) ->
             figure.add_vline(value * MM_PER_M, name=f'{name} {value * MM_PER_M:.3f} mm',
                              showlegend=True, line=reference_line(dash))
     return figure.update_layout(
-        layout(), bargap=0.02, yaxis={'title': 'samples', 'fixedrange': True},
+        bargap=0.02, yaxis={'title': 'samples', 'fixedrange': True},
         xaxis={'title': 'thickness [mm]', 'range': (low, high)})

@@ -24,7 +24,7 @@ from bpc_perception.display.overlay import path_pixels
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
 from bpc_perception.report.figures.data import pen_up
-from bpc_perception.report.figures.style import layout
+from bpc_perception.report.figures.style import new_figure
 
 MOST_IMAGE_BYTES = 600_000  # unless the quality would get lower than the last of these
 JPEG_QUALITIES = (95, 90, 80, 70, 60)
@@ -38,7 +38,7 @@ def image_figure(result: Result) -> go.Figure:
     """
     profile, camera = result.profile, result.capture.camera
     assert profile is not None
-    figure = go.Figure()
+    figure = new_figure()
     path, profile = path_pixels(result, profile.points), as_shown(profile)
     sides = (('left side', LEFT_COLOUR, path_pixels(result, profile.left_points)),
              ('right side', RIGHT_COLOUR, path_pixels(result, profile.right_points)))
@@ -56,7 +56,7 @@ def image_figure(result: Result) -> go.Figure:
         source=jpeg_uri(result.capture.image), xref='x', yref='y', x=-0.5, y=-0.5, layer='below',
         sizex=camera.width, sizey=camera.height, sizing='stretch')
     return figure.update_layout(
-        layout(), dragmode='pan', margin={'l': 0, 'r': 0, 't': 30, 'b': 0},
+        dragmode='pan', margin={'l': 0, 'r': 0, 't': 30, 'b': 0},
         legend={'y': -0.01},
         xaxis={'range': (-0.5, camera.width - 0.5), 'visible': False, 'constrain': 'domain'},
         yaxis={'range': (camera.height - 0.5, -0.5), 'visible': False, 'constrain': 'domain',

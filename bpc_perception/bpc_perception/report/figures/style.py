@@ -19,15 +19,15 @@ FULL_HEIGHT_AXIS: dict[str, Any] = {'overlaying': 'y', 'range': (0, 1), 'fixedra
                                     'visible': False}
 
 
-def layout() -> dict[str, Any]:
-    """Return the layout that all figures share."""
-    return {
+def new_figure() -> go.Figure:
+    """Return an empty figure with the layout that all share."""
+    return go.Figure(layout={
         'template': 'plotly_white', 'autosize': True, 'showlegend': True, 'hovermode': 'closest',
         'font': {'family': 'system-ui, sans-serif', 'size': 13},
         'margin': {'l': 55, 'r': 10, 't': 40, 'b': 50},
         'legend': {'orientation': 'h', 'yanchor': 'top', 'y': -0.2, 'x': 0,
                    'itemsizing': 'constant'},
-    }
+    })
 
 
 def single(values: Array) -> NDArray[np.float32]:

@@ -21,7 +21,7 @@ from bpc_perception.report.figures.data import thickness_ceiling
 from bpc_perception.report.figures.style import (
     band_outline,
     FULL_HEIGHT_AXIS,
-    layout,
+    new_figure,
     reference_line,
     shade_statuses,
     single,
@@ -41,7 +41,7 @@ def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: fl
     profile, advice = result.profile, result.advice
     assert profile is not None
     assert advice is not None
-    figure = go.Figure()
+    figure = new_figure()
     shade_statuses(figure, profile)
     _add_measured(figure, result)
     _add_height(figure, profile)
@@ -53,7 +53,7 @@ def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: fl
                          name='advice window', showlegend=True, fillcolor=WINDOW_COLOUR,
                          line={'color': TARGET_COLOUR, 'width': 0.5})
     return figure.update_layout(
-        layout(), xaxis={'title': 'arc length [mm]'}, yaxis2=FULL_HEIGHT_AXIS,
+        xaxis={'title': 'arc length [mm]'}, yaxis2=FULL_HEIGHT_AXIS,
         yaxis={'title': 'thickness, height [mm]',
                'range': (0, thickness_ceiling(profile, targets))})
 

@@ -20,7 +20,7 @@ from bpc_perception.report.comparison import (
     rows,
 )
 from bpc_perception.report.figures.data import pen_up
-from bpc_perception.report.figures.style import layout, single
+from bpc_perception.report.figures.style import new_figure, single
 from bpc_perception.report.pages.page import page
 
 GAP_ROW_SHARE = 0.04  # of the largest thickness, from one print's row of gaps to the next
@@ -44,7 +44,7 @@ def render(prints: Sequence[PrintResult]) -> str:
 
 def _thickness_figure(prints: Sequence[tuple[PrintResult, str]]) -> go.Figure:
     """Draw thickness over arc length; gaps are bars below the axis, a row for each print."""
-    figure = go.Figure()
+    figure = new_figure()
     row_height = GAP_ROW_SHARE * max(
         print_.thickness[print_.measured].max(initial=0.0) for print_, _ in prints)
     for number, (print_, colour) in enumerate(prints, 1):
@@ -59,7 +59,7 @@ def _thickness_figure(prints: Sequence[tuple[PrintResult, str]]) -> go.Figure:
                   legendgroup=print_.name, showlegend=False,
                   line={'color': colour, 'width': GAP_WIDTH_PX},
                   hovertemplate='gap at %{x:.1f} mm')
-    return figure.update_layout(layout(), xaxis={'title': 'arc length [mm]'},
+    return figure.update_layout(xaxis={'title': 'arc length [mm]'},
                                 yaxis={'title': 'thickness [mm]', 'rangemode': 'tozero'})
 
 
@@ -72,11 +72,11 @@ def _add_line(figure: go.Figure, print_: PrintResult, height: Array, chosen: NDA
 
 def _histogram_figure(prints: Sequence[tuple[PrintResult, str]]) -> go.Figure:
     """Draw the shares of the measured samples by thickness."""
-    figure = go.Figure()
+    figure = new_figure()
     for print_, colour in prints:
         figure.add_histogram(x=single(print_.thickness[print_.measured]), name=print_.name,
                              histnorm='percent', bingroup='all', opacity=0.5,
                              marker={'color': colour},
                              hovertemplate='%{x} mm: %{y:.1f} %')
-    return figure.update_layout(layout(), barmode='overlay', xaxis={'title': 'thickness [mm]'},
+    return figure.update_layout(barmode='overlay', xaxis={'title': 'thickness [mm]'},
                                 yaxis={'title': 'measured samples [%]'})

@@ -73,7 +73,7 @@ def capture_frames(log: PrintLog) -> list[dict[str, object]]:
     frames = []
     for place in sorted({*log.thumbnails.pictures, log.place}):
         entry = log.entries[place]
-        picture = '' if place == log.place else data_uri(log.thumbnails.pictures[place], 'webp')
+        picture = '' if place == log.place else data_uri(log.thumbnails.pictures[place], 'jpeg')
         frames.append({**_frame_words(entry), 'time': utc(entry['stamp_ns']), 'source': picture})
     return frames
 
