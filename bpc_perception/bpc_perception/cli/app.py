@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 import typer
 
-from bpc_perception.cli.parts.command_help import help_of
+from bpc_perception.cli.command_help import help_of
 from bpc_perception.cli.parts.terminal import show_held_warnings, WARNINGS
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.runtime.exit_status import INTERRUPTED, REFUSED

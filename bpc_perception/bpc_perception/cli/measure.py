@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception.cli.parts.layer_table import show_layers
 from bpc_perception.cli.parts.options import (
     BagArgument,
     FiguresOption,
@@ -18,7 +17,7 @@ from bpc_perception.cli.parts.options import (
     QuietOption,
     RemapOption,
 )
-from bpc_perception.cli.parts.result_table import ResultTable
+from bpc_perception.cli.parts.result_table import ResultTable, show_layers
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
 from bpc_perception.display.wording import lost_in_words
 from bpc_perception.recording import inputs

@@ -1,19 +1,28 @@
-"""Results as they come, a line for each capture."""
+"""Results as they come, a line for each capture; and at the end one for each layer."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from rich.markup import escape
+from rich.table import Table
 
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
+from bpc_perception.display.plain_json import plain
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import advice_in_a_line
-from bpc_perception.report.entries import advice_entry, profile_entry, result_entry
+from bpc_perception.report.comparison import LAYER_COLUMNS
+from bpc_perception.report.entries import (
+    advice_entry,
+    layer_entries,
+    profile_entry,
+    result_entry,
+)
 
 # What was changed since the first advice of the print, as far as it is heard, is under "printer".
 HEADER = ('capture', 'ink mm', 'known', 'thickness mm', 'gaps', 'printer', 'advice')
@@ -71,3 +80,17 @@ class ResultTable:
 def _line(cells: tuple[str, ...]) -> str:
     return '  '.join(
         f'{cell:<{width}}' for cell, width in zip(cells, COLUMN_WIDTHS, strict=True)).rstrip()
+
+
+def show_layers(terminal: Terminal, profile: ThicknessProfile) -> None:
+    """Show a table of the layers of a print; nothing if it has but one."""
+    layers = plain(layer_entries(profile))
+    if len(layers) < 2:
+        return
+    table = Table('layer', *(escape(column.heading) for column in LAYER_COLUMNS),
+                  title=escape(one_line(profile.print_id)))
+    for layer in layers:
+        table.add_row(str(layer['layer']), *(column.cell(layer[column.key])
+                                             for column in LAYER_COLUMNS))
+        terminal.emit('layer', '', print_id=profile.print_id, **layer)
+    terminal.show(table)

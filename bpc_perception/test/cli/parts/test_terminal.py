@@ -10,8 +10,7 @@ import pytest
 
 from bpc_perception.cli import compare
 from bpc_perception.cli.app import refuse
-from bpc_perception.cli.parts.layer_table import show_layers
-from bpc_perception.cli.parts.result_table import ResultTable
+from bpc_perception.cli.parts.result_table import ResultTable, show_layers
 from bpc_perception.cli.parts.terminal import show_held_warnings, Terminal
 from bpc_perception.report import comparison
 from bpc_perception.runtime.held_warnings import HeldWarnings
