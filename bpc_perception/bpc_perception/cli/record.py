@@ -55,6 +55,9 @@ def record(
     parameters: Annotated[Path | None, typer.Option(
         '--params', metavar='FILE', help='ROS parameter file, kept with the recording; '
         'its pose.source says where the poses come from.')] = None,
+    compress: Annotated[bool, typer.Option(
+        '--compress', help='Pack images and clouds without loss, to less than half. bpc reads '
+        'this as it is, and `recover` unpacks it for other programs.')] = False,
     remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
@@ -70,7 +73,8 @@ def record(
                          '; name another with --out')
     if hand_eye is not None:
         load_hand_eye(hand_eye)
-    settings = recorder_settings(hand_eye, parameters) | {'bag': str(out)}
+    settings = recorder_settings(hand_eye, parameters) | {
+        'bag': str(out), 'compress': compress}
     others = remappings(remap)
     # Imported late: only this command needs ROS set up in this process.
     with exit_on_signal():

@@ -271,6 +271,8 @@ class BagRecorderConfig(Config):
     prints: Annotated[str, Parameter(
         'Folder in which each print gets a folder with its own recording; empty = one recording '
         'of all, in bag', read_only=True)] = ''
+    compress: Annotated[bool, Parameter(
+        'One recording of all: images and clouds are packed without loss', read_only=True)] = False
     least_free: Annotated[float, Parameter(
         'With prints: recording ends where less is free on the disk', 'GB', 0, 100000,
         read_only=True)] = 2.0

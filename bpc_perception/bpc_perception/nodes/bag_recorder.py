@@ -22,6 +22,7 @@ from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import print_id_in
 from bpc_perception.nodes.parts.recording_watch import RecordingWatch
 from bpc_perception.recording.bag_writer import BagWriter, begin_recording
+from bpc_perception.recording.capture_packing import CapturePacker, Entry
 from bpc_perception.recording.inputs import kept_beside
 from bpc_perception.recording.print_bags import PrintBags
 from bpc_perception.runtime.clock import steady_clock
@@ -80,6 +81,7 @@ class BagRecorderNode(Node):
         types = {self.resolve_topic_name(name): topics.type_name(kind)
                  for name, kind in recorded.items()}
         self._prints: PrintBags | None = None  # None = one recording of all
+        self._packer: CapturePacker | None = None  # None = nothing is packed
         self._bag: BagWriter | PrintBags
         if config.prints:
             inputs = set(map(self.resolve_topic_name, recorded.keys() - topics.RESULTS.keys()))
@@ -91,7 +93,11 @@ class BagRecorderNode(Node):
         else:
             # The bag comes last: when the process is ended while it makes the node, no half-made
             # recording is left.
-            self._bag = begin_recording(Path(config.bag), types, beside)
+            if config.compress:
+                self._packer = CapturePacker(
+                    {topic: topics.CAMERA[name] for name, topic in captures.items()})
+            self._bag = begin_recording(Path(config.bag), types, beside,
+                                        self._packer.topics if self._packer else frozenset())
         self.get_logger().info(f'recording into {self._bag.path}')
 
     def _on_update(self, prints: PrintBags, message: DepositionPathUpdate) -> None:
@@ -109,18 +115,25 @@ class BagRecorderNode(Node):
         if (self._prints is not None and topic == self._path
                 and print_id_in(data) != self._prints.print_id):
             return  # a late one, of the print before
+        entry = Entry(topic, self.get_clock().now().nanoseconds, data)
+        if self._packer is None or not self._packer.take(entry):
+            self._record(entry)
+        self._watch.heard(topic, data)
+
+    def _record(self, entry: Entry) -> None:
         if not self.failure:
             try:
-                self._bag.write(topic, self.get_clock().now().nanoseconds, data)
+                self._bag.write(*entry)
             except OSError as error:
                 self._fail(error)
         if self.failure:
             self._diagnostics.refuse(self.failure)  # so each lost message is counted
         else:
-            self._diagnostics.count(topic)
-        self._watch.heard(topic, data)
+            self._diagnostics.count(entry.topic)
 
     def _flush(self) -> None:
+        for entry in self._packer.packed() if self._packer else ():
+            self._record(entry)
         try:
             if not self.failure:
                 self._bag.flush()
@@ -152,6 +165,8 @@ class BagRecorderNode(Node):
 
     def complete(self) -> None:
         """Complete the bag."""
+        for entry in self._packer.rest() if self._packer else ():
+            self._record(entry)
         try:
             self._bag.close()
         except OSError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from contextlib import contextmanager, suppress
 import os
 from pathlib import Path
@@ -17,23 +17,30 @@ from rclpy.serialization import serialize_message
 import yaml
 
 from bpc_perception.messages.types import message_definition
-from bpc_perception.recording.storage.raw_message import BagError, Channel, RawMessage
+from bpc_perception.recording.storage.raw_message import (
+    BagError,
+    CDR,
+    Channel,
+    PACKED,
+    RawMessage,
+)
 
 # A killed recorder loses one chunk, so chunks are small. A larger message gets its own chunk.
 CHUNK_SIZE_BYTES = 64 * 1024
 QOS = 'offered_qos_profiles'  # name of what a channel says of it, as rosbag2 writes it
 
 
-def begin_recording(path: Path, types: Mapping[str, str],
-                    beside: Mapping[str, bytes]) -> BagWriter:
+def begin_recording(path: Path, types: Mapping[str, str], beside: Mapping[str, bytes],
+                    packed: Set[str] = frozenset()) -> BagWriter:
     """Begin a recording of topics of these types, with further files beside it, by name.
 
-    Raises OSError, and BagError if there is something already.
+    Messages of ``packed`` topics may be packed. Raises OSError, and BagError if there is
+    something already.
     """
     writer = BagWriter(path)
     try:
         for topic, kind in types.items():
-            writer.add_topic(topic, kind)
+            writer.add_topic(topic, kind, packed=topic in packed)
         for name, content in beside.items():
             (path / name).write_bytes(content)
     except BaseException:
@@ -75,10 +82,13 @@ class BagWriter:
         self._first_ns: int | None = None
         self._last_ns = 0
 
-    def add_topic(self, topic: str, type_name: str) -> None:
-        """Announce a topic of an installed type such as ``sensor_msgs/msg/Image``."""
+    def add_topic(self, topic: str, type_name: str, packed: bool = False) -> None:
+        """Announce a topic of an installed type such as ``sensor_msgs/msg/Image``.
+
+        Its messages may be ``packed``, see ``planes``.
+        """
         self._topics[topic] = Channel(topic, type_name, message_definition(type_name).encode(),
-                                      metadata=((QOS, ''),))
+                                      encoding=PACKED if packed else CDR, metadata=((QOS, ''),))
         self.add_channel(self._topics[topic])
 
     def add_channel(self, channel: Channel) -> None:

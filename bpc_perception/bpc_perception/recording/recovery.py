@@ -15,6 +15,7 @@ from bpc_perception.recording.atomic import atomic_bag
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.storage.files import description, is_storage_file, METADATA
 from bpc_perception.recording.storage.packing import unpacked
+from bpc_perception.recording.storage.raw_message import CDR, PACKED, RawMessage
 from bpc_perception.recording.storage.storage import open_storage
 
 # Written anew, since it counts the messages: of these two, only what the recorder's user said.
@@ -53,7 +54,7 @@ def recover_bag(path: Path, out: Path) -> Recovered:
                 if not (isinstance(record, Metadata) and record.name == DESCRIPTION):
                     writer.copy_beside(record)
             for raw in storage.messages():
-                writer.copy(raw._replace(data=unpacked(raw.data)))
+                writer.copy(plain(raw))
                 messages[raw.topic] += 1
         beside = sorted(each.name for each in folder.iterdir() if not (
             is_storage_file(each) or each.name == METADATA)) if path.is_dir() else []
@@ -62,6 +63,14 @@ def recover_bag(path: Path, out: Path) -> Recovered:
                 shutil.copy(folder / name, writer.path)
     return Recovered(dict(messages),
                      [name for name in beside if name not in inputs.KEPT_BESIDE])
+
+
+def plain(raw: RawMessage) -> RawMessage:
+    """Return a message as its publisher serialized it. Raises BagError when it is damaged."""
+    channel = raw.channel
+    if channel.encoding == PACKED:
+        channel = channel._replace(encoding=CDR)
+    return raw._replace(channel=channel, data=unpacked(raw.data))
 
 
 def _is_plain(said: Any) -> bool:

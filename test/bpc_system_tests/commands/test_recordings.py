@@ -15,11 +15,13 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StorageP
 from rosbags.typesys import get_typestore, Stores
 from std_msgs.msg import String
 
+from bpc_perception.messages import topics
 from bpc_perception.recording.atomic import atomic_bag, inside
 from bpc_perception.recording.bag import Bag, BagError
 from bpc_perception.recording.bag_writer import BagWriter
+from bpc_perception.recording.storage.storage import open_storage
 from bpc_perception.runtime.transport.shared_memory import SHARED_MEMORY
-from bpc_system_tests.parts.command_line import run, running
+from bpc_system_tests.parts.command_line import run, running, SAMPLE, succeed
 from bpc_system_tests.parts.ros_graph import own_domain
 from bpc_system_tests.parts.text_bags import STRING, texts, words
 from bpc_system_tests.robustness.killed_recorder import (
@@ -128,6 +130,32 @@ def test_what_a_killed_recorder_leaves_is_the_same_to_javascript(left: list[Rema
     for each in left:
         file, = Bag(each.bag).files
         assert read_by_javascript(file)['stream'] == counts(each.bag)
+
+
+# A recorder that packs
+
+
+def test_a_print_recorded_packed_is_measured_as_it_was_published(
+        tmp_path: Path, measured_sample: Path) -> None:
+    bag, plain = tmp_path / 'packed', tmp_path / 'plain'
+    with own_domain(), running('record', '--out', bag, '--compress', '--handeye',
+                 SAMPLE / 'hand_eye.calib', '--params', SAMPLE / 'params.yaml') as recorder:
+        assert recorder.stderr is not None
+        assert 'recording into' in recorder.stderr.readline()
+        succeed('replay', SAMPLE, '--rate', 6, '--out', tmp_path / 'replayed')
+    camera = {f'/{name}' for name in topics.CAMERA}
+    published, recorded = ([(entry.topic, entry.message) for entry in Bag(each).messages(camera)]
+                           for each in (SAMPLE, bag))
+    assert sorted(recorded, key=repr) == sorted(published, key=repr)
+    succeed('recover', bag, '--out', plain)
+    for each in (bag, plain):
+        out = tmp_path / f'of_{each.name}'
+        succeed('measure', each, '--out', out)
+        measured = (out / 'profile.csv').read_bytes()
+        assert measured == (measured_sample / 'profile.csv').read_bytes()
+    sizes = [sum(len(raw.data) for file in Bag(each).files
+                 for raw in open_storage(file).messages(camera)) for each in (bag, plain)]
+    assert sizes[0] < 0.5 * sizes[1]
 
 
 # A torn recording, and its recovery

@@ -1,4 +1,4 @@
-"""Unpack what a recorder packed with zstd, file by file or message by message."""
+"""Unpack what a recorder packed, file by file or message by message."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import weakref
 
 import zstandard
 
+from bpc_perception.recording.storage import planes
 from bpc_perception.recording.storage.raw_message import BagError
 
 PACKED = ('.zstd', '.zst')  # suffixes of rosbag2 and of the program zstd
@@ -18,6 +19,8 @@ LARGEST_MESSAGE_BYTES = 1 << 30  # unpacked; fifteen captures of the largest cam
 
 def unpacked(data: bytes) -> bytes:
     """Return a serialized message that may be packed. Raises BagError when it is damaged."""
+    if data.startswith(planes.MAGIC):
+        return planes.unpack(data)
     if not data.startswith(MAGIC):
         return data
     try:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+CDR, PACKED = 'cdr', 'cdr-bpc-planes'  # others shall not take what is packed for a message
+
 
 class BagError(ValueError):
     """A recording is not what was expected; the message names both."""
@@ -17,7 +19,7 @@ class Channel(NamedTuple):
         type_name: such as ``sensor_msgs/msg/Image``.
         definition: the text of the type; empty when the storage has none.
         definition_encoding: the language of that text.
-        encoding: how the messages are serialized.
+        encoding: how the messages are serialized; PACKED = some are packed as well.
         metadata: what else the storage says of the topic, such as QoS; names and texts.
     """
 
@@ -25,7 +27,7 @@ class Channel(NamedTuple):
     type_name: str
     definition: bytes = b''
     definition_encoding: str = 'ros2msg'
-    encoding: str = 'cdr'
+    encoding: str = CDR
     metadata: tuple[tuple[str, str], ...] = ()
 
 
