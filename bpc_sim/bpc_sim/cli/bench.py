@@ -19,19 +19,23 @@ TITLES = {
     'bag': 'A recording, offline',
     'live': 'From capture to advice',
     'recorder': 'The path recorder',
+    'packing': 'Captures packed by record --compress',
+    'start': 'Commands, beside the mere start of the libraries',
+    'setup': 'The first set-up of a copy of this checkout, with empty caches',
 }
 
 
 def bench(
-    name: Annotated[str, typer.Argument(help='Which: core, bag, live or recorder.')],
+    name: Annotated[str, typer.Argument(
+        help='Which: core, bag, live, recorder, packing, start or setup.')],
     json_file: Annotated[Path | None, typer.Option(
         '--json', metavar='FILE', help='Write the rows as a list of flat objects.')] = None,
     bag: Annotated[Path | None, typer.Option(
-        metavar='BAG', help='Recording to measure, of bag; else the sample.')] = None,
+        metavar='BAG', help='Recording to measure, of bag and start; else the sample.')] = None,
     seconds: Annotated[float, typer.Option(
         min=1, metavar='S', help='How long to print, of live and recorder.')] = 60.0,
     quick: Annotated[bool, typer.Option(
-        '--quick', help='The smallest of each only, of core and bag.')] = False,
+        '--quick', help='The smallest of each only, of core, bag, packing and start.')] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Measure speed; what gives wrong results is refused, not timed."""
@@ -49,9 +53,16 @@ def bench(
 def benchmark_arguments(name: str, bag: Path | None, seconds: float,
                         quick: bool) -> tuple[Any, ...]:
     """Return what a benchmark of this name is run with."""
-    if name == 'core':
-        return (quick,)
-    if name == 'bag':
-        sample = Path(os.environ.get('BPC_ROOT', '.')) / 'bags' / 'spiral_gaps'
-        return inputs.load(bag or sample, None, None), quick
-    return (seconds,)
+    root = Path(os.environ.get('BPC_ROOT', '.'))
+    sample = bag or root / 'bags' / 'spiral_gaps'
+    match name:
+        case 'core' | 'packing':
+            return (quick,)
+        case 'bag':
+            return inputs.load(sample, None, None), quick
+        case 'start':
+            return sample, quick
+        case 'setup':
+            return (root,)
+        case _:
+            return (seconds,)

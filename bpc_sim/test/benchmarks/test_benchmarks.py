@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bpc_sim.benchmarks import core
+from bpc_sim.benchmarks import core, packing, setup, start
 from bpc_sim.benchmarks.core_prints import spiral
 from bpc_sim.benchmarks.timing import time_interleaved
 from bpc_sim.cli.bench import bench
@@ -58,3 +58,39 @@ def test_what_cannot_be_done_is_refused(arguments, message, tmp_path, monkeypatc
         arguments['json_file'] = tmp_path / arguments['json_file']
     with pytest.raises(ValueError, match=message):
         bench(**arguments)
+
+
+def test_a_packed_capture_is_verified_before_it_is_timed(monkeypatch):
+    rows = packing.run(quick=True)
+    assert [row['what'] for row in rows] == ['Image', 'PointCloud2']
+    assert all(row['share'] < 0.5 for row in rows)
+    monkeypatch.setattr(packing, 'unpacked', lambda data: data[1:])
+    with pytest.raises(ValueError, match='expected the same Image'):
+        packing.run(quick=True)
+
+
+def test_only_commands_that_end_well_are_timed(tmp_path):
+    with pytest.raises(ValueError, match='expected .* measure .* to end well, found bpc: '):
+        start.run(tmp_path / 'nothing', quick=True)
+
+
+FAKE = """#!/bin/sh
+cd "$(dirname "$0")"
+for step in '[1/3] a' '[2/3] b' '[3/3] c' ready; do echo "bpc: $step" >&2; done
+mkdir -p .environments/made && echo 123456789 > .environments/made/file
+exit $STATUS
+"""
+
+
+def test_each_step_of_a_set_up_is_timed(tmp_path, monkeypatch):
+    (tmp_path / 'bpc').write_text(FAKE)
+    (tmp_path / 'bpc').chmod(0o755)
+    monkeypatch.setenv('STATUS', '0')
+    rows = setup.run(tmp_path)
+    assert [row['what'] for row in rows] == [
+        'virtual environment', 'packages', 'workspace', 'all']
+    assert rows[-1]['seconds'] == pytest.approx(sum(row['seconds'] for row in rows[:-1]))
+    assert rows[-1]['mb'] == pytest.approx(10e-6)
+    monkeypatch.setenv('STATUS', '2')
+    with pytest.raises(ValueError, match='expected a set-up, found bpc: ready'):
+        setup.run(tmp_path)
