@@ -70,7 +70,7 @@ def test_a_packed_capture_is_verified_before_it_is_timed(monkeypatch):
 
 
 def test_only_commands_that_end_well_are_timed(tmp_path):
-    with pytest.raises(ValueError, match='expected .* measure .* to end well, found bpc: '):
+    with pytest.raises(ValueError, match=r'expected .* measure .* to end well, found bpc: '):
         start.run(tmp_path / 'nothing', quick=True)
 
 

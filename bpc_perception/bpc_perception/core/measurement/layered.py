@@ -81,8 +81,7 @@ def measure_layers(view: View, path: DepositionPath, places: Places, bed: Plane,
             found = measure_cross_sections(view, track, bed, config, index, known).samples
         else:
             found = measure_on_ink(view, track, bed, config, index, below,
-                                   known.contrast if known is not None else None,
-                                   kept.samples.of(shown))
+                                   known, kept.samples.of(shown))
         chosen = np.flatnonzero(wanted[index])
         kept = kept.with_better(shown[index[chosen]], found.of(chosen))
     memory.kept = kept

@@ -72,6 +72,11 @@ class BeadModel:
         return height
 
     @property
+    def depth(self) -> float:
+        """How deep light goes into the ink, in half widths."""
+        return float(np.nanmedian(self.sections[:, -1]))
+
+    @property
     def half_way_down(self) -> float:
         """Where a bead is half as high as it is seen, in half widths."""
         top, a, b, depth = self.sections[np.isfinite(self.sections[:, 0])][0]

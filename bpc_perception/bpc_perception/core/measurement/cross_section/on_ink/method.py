@@ -14,12 +14,12 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
-from bpc_perception.core.measurement.cross_section.appearance.contrast import Contrast
 from bpc_perception.core.measurement.cross_section.by_cloud.rough_beads import rough_beads
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.edges.feet import lean_to_left
-from bpc_perception.core.measurement.cross_section.height import Shapes
+from bpc_perception.core.measurement.cross_section.height import Shapes, TOO_DEEP_M
 from bpc_perception.core.measurement.cross_section.method import (
+    Known,
     Picture,
     points_beside,
     read_picture,
@@ -58,11 +58,12 @@ from bpc_perception.core.measurement.verdicts import Verdicts
 from bpc_perception.core.measurement.view import View
 from bpc_perception.core.profile import Cause, Status
 
+DEPTH_SIGMA = 0.15  # of how deep light goes, as a share of it
 LOOSE_FOOT_SIGMA_M = 5e-4  # of the height of a bead's foot, as the nozzle tells it
 
 
 def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,
-                   below: Below, known: Contrast | None, laid: Samples) -> Samples:
+                   below: Below, known: Known | None, laid: Samples) -> Samples:
     """Measure points of a track that lie on ink, all of one layer.
 
     Args:
@@ -72,24 +73,28 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
         config: how to measure.
         index: (N,) of the points to measure.
         below: what is known of the ink below.
-        known: the contrast of the whole print; None = not known.
+        known: of the ink on the bed; None = nothing.
         laid: what is known of the P points.
     """
     normal = normals_measured(track, index, bed, laid, config.cross_section.tangent_length)
     sections = lay_sections(view, track, index, bed, config, Footing(below.clearance, normal))
+    slope = -lean_to_left(view, sections, bed.normal)
+    sinks = cloud_sinks(track, index, laid)
+    depth = depth_of_light(known, below) if sinks else 0.0
+    sections = lifted(sections, depth, -slope)
     middle, width = rough_beads(sections)
     goes_on = goes_on_beside(sections, track, index, bed, below.width)
     sections = replace(sections, foreign=sections.foreign | goes_on)
-    picture = read_picture(view, sections, track.extruding[index], bed, config, known)
+    picture = read_picture(view, sections, track.extruding[index], bed, config,
+                           known.contrast if known is not None else None)
     beneath = ink_beneath(track, index, bed, below.width)
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
-    sinks = cloud_sinks(track, index, laid)
-    beads = None if sinks else fit_beads(sections, middle, width)
+    beads = None if sinks and not depth else fit_beads(sections, middle, width)
     cross = crosswise(sections, normal, np.arange(len(index)))
-    slope = -lean_to_left(view, sections, bed.normal)
     reach = reach_of_ink_below(track, index, bed, sections, below.width, laid, slope)
-    find = partial(find_widths, sections, slope, beneath, cliffs=cliffs, reach=reach, beads=beads,
-                   edge_sigma=config.cross_section.edge_sigma * sections.pixel)
+    find = partial(find_widths, sections, slope, cliffs=cliffs, reach=reach, beads=beads,
+                   edge_sigma=config.cross_section.edge_sigma * sections.pixel, beneath=beneath,
+                   depth_sigma=DEPTH_SIGMA * depth)
     widths = find((picture.left, picture.right))
     sides = points_beside(sections, widths.left, widths.right)
     # The flanks tell better than the nozzle how deep a bead sits, or hangs.
@@ -112,6 +117,31 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
            else missing_ink(sections, beads, widths.sure, before[:, MIDDLE]))
     return Samples(sides, judged(sections, picture, widths, found.height, gap), widths.sigma,
                    found, np.full(len(index), view.number))
+
+
+def depth_of_light(known: Known | None, below: Below) -> float:
+    """Return how deep light goes into ink whose heights were refused [m]; 0 = not known.
+
+    The ink on the bed tells. If it goes less deep than shows in heights, they contradict each
+    other.
+    """
+    if known is None or known.model is None:
+        return 0.0
+    depth = known.model.depth * below.width / 2
+    return depth if depth >= TOO_DEEP_M else 0.0
+
+
+def lifted(sections: Sections, depth: float, lean: Array) -> Sections:
+    """Return sections with their points moved to the surface of ink into which light goes.
+
+    Args:
+        sections: N sections.
+        depth: how far below the surface the points lie [m].
+        lean: (N,) see ``lean_to_left``; points lie behind the surface along the camera's rays.
+    """
+    aside = (depth * lean).astype(np.float32)[:, None]
+    return replace(sections, height=sections.height + np.float32(depth),
+                   place=sections.place - aside)
 
 
 def at_feet(edges: Edges, shapes: Shapes, slope: Array) -> Edges:

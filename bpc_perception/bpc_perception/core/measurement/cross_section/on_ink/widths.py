@@ -51,22 +51,23 @@ class Widths:
     sure: Flags
 
 
-def find_widths(sections: Sections, slope: Array, beneath: Beneath, edges: tuple[Edges, Edges],
-                cliffs: tuple[Array, Array], reach: Array, edge_sigma: float,
-                beads: Beads | None) -> Widths:
+def find_widths(sections: Sections, slope: Array, edges: tuple[Edges, Edges], *,
+                beneath: Beneath, cliffs: tuple[Array, Array], reach: Array, edge_sigma: float,
+                beads: Beads | None, depth_sigma: float) -> Widths:
     """Return what picture and cloud say together of N sections.
 
     Args:
         sections: N sections.
         slope: (N,) how far a place seems to be shifted to the left, per height above the foot.
-        beneath: which ink lies under the beads.
         edges: in the picture, on the left and on the right.
+        beneath: which ink lies under the beads.
         cliffs: (N,) where beads break off in the cloud, on both sides [m].
         reach: (2, N) how far out ink below seems to reach on both sides [m].
         edge_sigma: of an edge in the picture, beside its noise [m].
         beads: what the cloud says; None = it lies, and only the picture tells.
+        depth_sigma: of how far points lay below the surface [m].
     """
-    foot = foot_sigma(beneath)
+    foot = np.hypot(foot_sigma(beneath), depth_sigma)
     # On ink the cloud goes down where that ends, whatever is on it.
     free = hangs(beneath) & (beads is not None)
     sides = [_side(edge, np.where(free, cliff, np.nan), out, sections, edge_sigma)
