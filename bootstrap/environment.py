@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 import shlex
 
-from bootstrap import places
+from bootstrap import extras, places
 from bootstrap.progress import PYTHON_SETTINGS
 from bootstrap.stamps import PYTHON_PACKAGES
 from bootstrap.venv import Venv
@@ -41,7 +41,7 @@ def search_paths(venv: Venv, given: Mapping[str, str], build: Path | None) -> di
         wheel_libraries = sorted(venv.path.glob('lib/python3*/site-packages/ros_*.libs'))
         libraries += [venv.path / 'lib', *wheel_libraries]
     folders = {
-        'PATH': [venv.path / 'bin', *sorted(venv.path.glob('extras/*/bin'))],
+        'PATH': [venv.path / 'bin', *extras.programs(venv)],
         'AMENT_PREFIX_PATH': prefixes,
         'CMAKE_PREFIX_PATH': prefixes,
         'LD_LIBRARY_PATH': libraries,

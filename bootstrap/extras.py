@@ -28,7 +28,9 @@ NEEDED_BY_OPTION = {'--figures': {'figures'}, '--page': {'page'}}
 
 def needed(arguments: Sequence[str]) -> set[str]:
     """Return the extras that a command line needs."""
-    found = set(NEEDED_BY_COMMAND.get(arguments[0], ())) if arguments else set()
+    if '--help' in arguments or not arguments:
+        return set()
+    found = set(NEEDED_BY_COMMAND.get(arguments[0], ()))
     return found.union(*(NEEDED_BY_OPTION.get(word, ()) for word in arguments))
 
 
@@ -37,7 +39,13 @@ def missing(venv: Venv, arguments: Sequence[str]) -> list[str]:
     return sorted(name for name in needed(arguments) if not (venv.path / FOLDER / name).is_dir())
 
 
-def add(venv: Venv, names: Collection[str], log: Path) -> None:
+def programs(venv: Venv) -> list[Path]:
+    """Return the folders with the programs of extras that are there."""
+    folders = (venv.path / FOLDER / name / 'bin' for name in EXTRAS)
+    return [folder for folder in folders if folder.is_dir()]
+
+
+def add(venv: Venv, names: Collection[str], log: Path, patient: bool = True) -> None:
     """Add extras: each is there completely, or not at all.
 
     Nothing that is there is changed, so that what runs goes on.
@@ -55,7 +63,9 @@ def add(venv: Venv, names: Collection[str], log: Path) -> None:
         places.check_space(venv.root, room)
         with new(venv) as folder:
             try:
-                packages.install(Packages(entries, f'{name}.in', venv.python, folder), log)
+                packages.install(
+                    Packages(entries, f'{name}.in', venv.python, folder), log, patient
+                )
             except SetupError as error:
                 raise SetupError(f'for {what_for}: {error}') from error
             put_on_path(venv)
@@ -71,8 +81,13 @@ def new(venv: Venv) -> Iterator[Path]:
     try:
         yield folder
     finally:
-        for left in parent.glob(f'{UNFINISHED}*'):
+        for left in unfinished(venv):
             shutil.rmtree(left, ignore_errors=True)
+
+
+def unfinished(venv: Venv) -> list[Path]:
+    """Return what an interrupted set-up left of extras."""
+    return list((venv.path / FOLDER).glob(f'{UNFINISHED}*'))
 
 
 def put_on_path(venv: Venv) -> None:

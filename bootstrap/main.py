@@ -5,6 +5,8 @@ from contextlib import contextmanager, suppress
 import fcntl
 import os
 from pathlib import Path
+import shutil
+from subprocess import SubprocessError
 import sys
 from typing import NoReturn
 
@@ -63,21 +65,25 @@ def add_extras(root: Path, made: venv.Venv, arguments: Sequence[str]) -> None:
     """Add what the command needs beside what all need, if it is not there yet."""
     if not extras.missing(made, arguments):
         return
+    may_lack_them = list(arguments) == ['env']  # a shell does without them
     try:
         with only_one(root):
-            extras.add(made, extras.missing(made, arguments), root / LOGS / 'extras.log')
-    except SetupError as error:
-        if list(arguments) != ['env']:  # a shell may do without them
+            log = root / LOGS / 'extras.log'
+            extras.add(made, extras.missing(made, arguments), log, patient=not may_lack_them)
+    except (SetupError, OSError) as error:
+        if not may_lack_them:
             raise
-        note(str(error))
+        note(f'{error}; going on without')
 
 
 def tidy(root: Path, built: Workspace) -> None:
     """Let .venv name this environment, and remove what nothing uses."""
     with suppress(OSError):  # another ./bpc does it, or the folder is somebody else's
-        if places.superfluous(root, built.places):
+        if places.superfluous(root, built.places) or extras.unfinished(built.venv):
             with only_one(root, wait=False):
                 places.remove_unused(places.superfluous(root, built.places))
+                for left in extras.unfinished(built.venv):
+                    shutil.rmtree(left, ignore_errors=True)
         places.point_to(root, built.venv.path)
 
 
@@ -107,7 +113,7 @@ def main(root: str, arguments: Sequence[str]) -> int:
     except SetupError as error:
         note(str(error))
         return 2
-    except OSError as error:  # a full disk, a folder without write permission
+    except (OSError, SubprocessError) as error:  # a full disk, no permission, a broken Python
         note(f'expected to set up {folder}, found: {error}')
         return 2
     except KeyboardInterrupt:

@@ -10,7 +10,7 @@ import re
 import shutil
 import subprocess
 
-from bootstrap.progress import note, run_logged, SetupError
+from bootstrap.progress import note, run_logged, SetupError, without_settings
 
 # What is installed first: packages published as source only are built with it.
 BUILD_TOOLS = ('setuptools', 'wheel')
@@ -26,13 +26,19 @@ FAILURES = (
         'no connection',
     ),
 )
-# Settings of pip, and the options of uv that mean the same.
-OPTIONS = {
-    'index-url': '--default-index',
-    'extra-index-url': '--index',
-    'find-links': '--find-links',
-    'trusted-host': '--allow-insecure-host',
+# Settings of pip, and the variables of uv that mean the same, with what separates their values.
+VARIABLES = {
+    'index-url': ('UV_DEFAULT_INDEX', ' '),
+    'extra-index-url': ('UV_INDEX', ' '),
+    'find-links': ('UV_FIND_LINKS', ','),
+    'trusted-host': ('UV_INSECURE_HOST', ' '),
+    'cert': ('SSL_CERT_FILE', ' '),
+    'proxy': ('ALL_PROXY', ' '),
 }
+SECTIONS = ('global', 'install', ':env:')  # of pip's settings; the later ones win
+TRUE = ('1', 'true', 't', 'yes', 'y', 'on')
+# For who can do without the packages: no time is lost where there is no network.
+HASTY = {'UV_HTTP_TIMEOUT': '5', 'UV_HTTP_RETRIES': '0'}
 
 
 @dataclass(frozen=True)
@@ -57,8 +63,8 @@ class Packages:
         return Packages(entries, self.source, self.python, self.folder)
 
 
-def install(packages: Packages, log: Path) -> None:
-    """Install exactly these packages.
+def install(packages: Packages, log: Path, patient: bool = True) -> None:
+    """Install exactly these packages; without patience only if uv gets them at once.
 
     Raises:
         SetupError: they cannot be had.
@@ -69,9 +75,10 @@ def install(packages: Packages, log: Path) -> None:
             if not with_pip(tools, work, log):
                 note('uv cannot be had; pip takes some minutes')
                 demand(with_pip(packages.of(BUILD_TOOLS), work, log), packages, log)
-        if with_uv(packages, work, log):
-            return
-        demand(with_pip(packages, work, log), packages, log)
+        installed = with_uv(packages, work, log, {} if patient else HASTY)
+        if not installed and patient:
+            installed = with_pip(packages, work, log)
+        demand(installed, packages, log)
 
 
 @contextmanager
@@ -80,8 +87,10 @@ def working_folder(python: Path) -> Iterator[Path]:
     work = python.parent.parent / 'downloads'
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir()
-    yield work
-    shutil.rmtree(work)
+    try:
+        yield work
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
 
 
 def demand(installed: bool, packages: Packages, log: Path) -> None:
@@ -102,17 +111,24 @@ def with_pip(packages: Packages, work: Path, log: Path) -> bool:
     return run_logged(command, log, cwd=work, environment={**settings(), 'TMPDIR': str(work)})
 
 
-def with_uv(packages: Packages, work: Path, log: Path) -> bool:
+def with_uv(packages: Packages, work: Path, log: Path, how: Mapping[str, str]) -> bool:
     """Install with uv, from where pip would take the packages; tell whether it succeeded."""
     uv = packages.python.with_name(INSTALLER)
     if not uv.exists():
         return False
     given = pip_settings(packages.python)
+    # The user's settings of uv are for other projects, and may lead elsewhere.
     command = [
         *(str(uv), 'pip', 'install', '--python', str(packages.python), '--no-progress'),
-        *ONLY_THE_LOCK, *uv_options(given), *arguments(packages, work),
+        *('--no-config', '--index-strategy', 'unsafe-best-match'),  # as pip; the hash decides
+        *(('--no-index',) if given.get('no-index', '').lower() in TRUE else ()),
+        *ONLY_THE_LOCK, *arguments(packages, work),
     ]  # fmt: skip
-    environment = {**settings(), **({'SSL_CERT_FILE': given['cert']} if 'cert' in given else {})}
+    environment = {
+        key: value for key, value in settings().items()
+        if not key.startswith('UV_') or key == 'UV_CACHE_DIR'
+    }  # fmt: skip
+    environment |= {**uv_variables(given), **how}
     return run_logged(command, log, cwd=work, environment=environment)
 
 
@@ -138,28 +154,32 @@ def settings() -> dict[str, str]:
 def pip_settings(python: Path) -> dict[str, str]:
     """Return how pip is set, by files and by the environment, since uv reads neither."""
     command = [str(python), '-m', 'pip', 'config', 'list']
-    ended = subprocess.run(command, env=settings(), capture_output=True, text=True, check=False)
+    ended = subprocess.run(
+        command, env=without_settings(settings()), stdin=subprocess.DEVNULL, capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
     return read_settings(ended.stdout)
 
 
 def read_settings(listed: str) -> dict[str, str]:
     """Return the values that `pip config list` printed; those in the environment win."""
     found = re.findall(r"^(\S+?)\.([\w-]+)=('.*'|\".*\")$", listed, re.MULTILINE)
-    ranked = sorted(found, key=lambda each: ('global', 'install', ':env:').index(each[0])
-                    if each[0] in ('global', 'install', ':env:') else -1)  # fmt: skip
+    ranked = sorted(
+        (SECTIONS.index(section), name, value)
+        for section, name, value in found if section in SECTIONS
+    )  # fmt: skip
     return {name: str(ast.literal_eval(value)) for _, name, value in ranked}
 
 
-def uv_options(given: Mapping[str, str]) -> list[str]:
-    """Return the options of uv that mean the same as settings of pip."""
-    options = [
-        word for name, option in OPTIONS.items() for value in given.get(name, '').split()
-        for word in (option, value)
-    ]  # fmt: skip
-    if given.get('no-index', '').lower() in ('1', 'true', 'yes', 'on'):
-        options.append('--no-index')
-    # As pip does; whatever the index, the hash decides.
-    return [*options, '--index-strategy', 'unsafe-best-match']
+def uv_variables(given: Mapping[str, str]) -> dict[str, str]:
+    """Return the variables of uv that mean the same as settings of pip.
+
+    They may hold passwords, which everybody could read in a command.
+    """
+    return {
+        variable: separator.join(given[name].split())
+        for name, (variable, separator) in VARIABLES.items() if name in given
+    }  # fmt: skip
 
 
 def why_it_failed(log_text: str) -> str:

@@ -5,6 +5,7 @@
 
 import ast
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import os
 from pathlib import Path
 import subprocess
@@ -247,11 +248,24 @@ def test_what_is_being_removed_is_not_started(aged: Path) -> None:
     assert not places.hold(made)
 
 
+@contextmanager
+def running(cat: str, folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """Run a link to cat until it can be seen what runs: right after its start it cannot."""
+    with subprocess.Popen(
+        [cat], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+    ) as process:
+        assert process.stdin
+        assert process.stdout
+        process.stdin.write('runs\n')
+        assert process.stdout.readline() == 'runs\n'
+        yield process
+
+
 def test_what_was_started_by_hand_keeps_its_environment(aged: Path) -> None:
     made, by_hand = built(aged, completed(aged, '3.11')), completed(aged, '3.12', 'by hand')
     by_hand.python.unlink()
     by_hand.python.symlink_to('/bin/cat')
-    with subprocess.Popen([by_hand.python], stdin=subprocess.PIPE) as process:
+    with running(str(by_hand.python), aged) as process:
         main.tidy(aged, made)
         assert by_hand.path.exists()
         process.communicate()
@@ -273,7 +287,7 @@ def earlier(checkout: Path) -> Path:
 def test_folders_of_earlier_versions_stay_while_something_runs(earlier: Path) -> None:
     made = built(earlier, completed(earlier, '3.11'))
     folders = [earlier / name for name in ('.venv', 'build', 'install')]
-    with subprocess.Popen(['./.venv/bin/python'], cwd=earlier, stdin=subprocess.PIPE) as process:
+    with running('./.venv/bin/python', earlier) as process:
         main.tidy(earlier, made)
         assert all(folder.is_dir() and not folder.is_symlink() for folder in folders)
         process.communicate()

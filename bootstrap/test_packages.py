@@ -64,6 +64,7 @@ def test_every_package_is_installed_at_first_or_is_of_an_extra(path: Path) -> No
     ('words', 'wanted'),
     [
         ([], set()),
+        (['batch', '--help'], set()),
         (['measure', 'bag'], set()),
         (['measure', 'bag', '--figures'], {'figures'}),
         (['live', '--page'], {'page'}),
@@ -87,10 +88,10 @@ def made(tmp_path: Path) -> venv.Venv:
     return environment
 
 
-def installer_of(module: str) -> Callable[[Packages, Path], None]:
+def installer_of(module: str) -> Callable[[Packages, Path, bool], None]:
     """Return an installer that writes a module of this name."""
 
-    def write(wanted: Packages, _: Path) -> None:
+    def write(wanted: Packages, _: Path, __: bool) -> None:
         assert wanted.folder
         assert sorted(wanted.entries) == ['c', 'd']  # b is there
         wanted.folder.mkdir()
@@ -115,7 +116,7 @@ def test_modules_of_an_extra_are_found_once_it_is_there(
 def test_an_extra_that_cannot_be_had_leaves_no_trace_and_is_said(
     made: venv.Venv, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def fail(wanted: Packages, _: Path) -> None:
+    def fail(wanted: Packages, _: Path, __: bool) -> None:
         assert wanted.folder
         wanted.folder.mkdir()
         (wanted.folder / 'half').touch()
@@ -128,6 +129,9 @@ def test_an_extra_that_cannot_be_had_leaves_no_trace_and_is_said(
         main.add_extras(tmp_path, made, ['live', '--page'])
     assert list((made.path / extras.FOLDER).iterdir()) == []
     main.add_extras(tmp_path, made, ['env'])  # a shell does without them
+    (tmp_path / 'file').touch()
+    monkeypatch.setattr(main, 'LOGS', Path('file', 'setup'))  # somebody else's checkout
+    main.add_extras(tmp_path, made, ['env'])
     main.add_extras(tmp_path, made, ['measure'])
 
 
@@ -171,13 +175,39 @@ def test_uv_takes_packages_from_where_pip_does() -> None:
         ":env:.find-links='/wheels /more'\n"
         "global.find-links='/other'\n"
         "install.trusted-host='\\nmirror'\n"
+        "download.find-links='/not here'\n"
         ":env:.no-index='1'\n"
     )
-    assert packages.uv_options(given) == [
-        *('--default-index', 'https://mirror/simple', '--find-links', '/wheels'),
-        *('--find-links', '/more', '--allow-insecure-host', 'mirror', '--no-index'),
-        *('--index-strategy', 'unsafe-best-match'),
-    ]
+    assert packages.uv_variables(given) == {
+        'UV_DEFAULT_INDEX': 'https://mirror/simple', 'UV_FIND_LINKS': '/wheels,/more',
+        'UV_INSECURE_HOST': 'mirror',
+    }  # fmt: skip
+    assert given['no-index'] == '1'
+
+
+def test_users_settings_of_uv_are_left_out_and_passwords_not_in_the_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv('UV_TARGET', '/elsewhere')
+    monkeypatch.setenv('UV_CACHE_DIR', '/cache')
+    given = {'index-url': 'https://me:secret@mirror/simple', 'no-index': 'y'}
+    (tmp_path / 'uv').touch()
+    calls = []
+
+    def run(command: Sequence[str], *_: object, environment: dict[str, str], **__: object) -> bool:
+        calls.append((command, environment))
+        return True
+
+    monkeypatch.setattr(packages, 'pip_settings', lambda _: given)
+    monkeypatch.setattr(packages, 'run_logged', run)
+    wanted = Packages({}, 'small.lock', tmp_path / 'python')
+    assert packages.with_uv(wanted, tmp_path, tmp_path / 'log', packages.HASTY)
+    ((command, environment),) = calls
+    assert not [word for word in command if 'secret' in word]
+    assert {'--no-config', '--no-index'} <= set(command)
+    assert {name for name in environment if name.startswith('UV_')} == {
+        'UV_DEFAULT_INDEX', 'UV_CACHE_DIR', 'UV_HTTP_TIMEOUT', 'UV_HTTP_RETRIES',
+    }  # fmt: skip
 
 
 def test_pip_says_how_it_is_set(monkeypatch: pytest.MonkeyPatch) -> None:

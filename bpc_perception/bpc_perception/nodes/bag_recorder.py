@@ -118,6 +118,7 @@ class BagRecorderNode(Node):
         entry = Entry(topic, self.get_clock().now().nanoseconds, data)
         if self._packer is None or not self._packer.take(entry):
             self._record(entry)
+        self._record_packed()
         self._watch.heard(topic, data)
 
     def _record(self, entry: Entry) -> None:
@@ -131,9 +132,12 @@ class BagRecorderNode(Node):
         else:
             self._diagnostics.count(entry.topic)
 
-    def _flush(self) -> None:
+    def _record_packed(self) -> None:
         for entry in self._packer.packed() if self._packer else ():
             self._record(entry)
+
+    def _flush(self) -> None:
+        self._record_packed()
         try:
             if not self.failure:
                 self._bag.flush()

@@ -13,7 +13,7 @@ from sensor_msgs.msg import Image, PointCloud2, PointField
 from bpc_perception.recording.storage.planes import Layout, layout_of, pack
 
 PACKED_TYPES = (Image, PointCloud2)
-MOST_WAITING = 4  # captures' parts; a large one has 37 MB
+MOST_WAITING = 4  # parts of captures that are packed; a large one has 37 MB
 # Bytes behind the array in a serialized message: none behind that of an image; behind that of a
 # cloud one that says whether it is dense, and what some add to fill up four.
 IMAGE_TAILS, CLOUD_TAILS = range(4), range(1, 5)
@@ -35,7 +35,7 @@ class CapturePacker:
         """Pack the messages of these topics; ``kinds`` are their classes."""
         self._kinds = {topic: kind for topic, kind in kinds.items() if kind in PACKED_TYPES}
         self._thread = ThreadPoolExecutor(1, 'pack')
-        self._waiting: deque[tuple[Entry, Future[bytes]]] = deque()
+        self._waiting: deque[tuple[Entry, Future[bytes] | None]] = deque()  # None = as it is
 
     @property
     def topics(self) -> set[str]:
@@ -43,19 +43,24 @@ class CapturePacker:
         return set(self._kinds)
 
     def take(self, entry: Entry) -> bool:
-        """Begin to pack a message; return False for one that is to be recorded as it is.
+        """Begin to pack a message; return False for one of another topic.
 
-        That is so with other messages, and while too many wait: the recorder waits for none.
+        While too many are being packed it stays as it is, and only keeps its turn.
         """
         kind = self._kinds.get(entry.topic)
-        if kind is None or len(self._waiting) >= MOST_WAITING:
+        if kind is None:
             return False
-        self._waiting.append((entry, self._thread.submit(packed, entry.data, kind)))
+        busy = sum(future is not None and not future.done() for _, future in self._waiting)
+        self._waiting.append((entry, self._thread.submit(packed, entry.data, kind)
+                              if busy < MOST_WAITING else None))
         return True
 
     def packed(self) -> Iterator[Entry]:
         """Yield the messages that are packed by now."""
-        while self._waiting and self._waiting[0][1].done():
+        while self._waiting:
+            _, future = self._waiting[0]
+            if future is not None and not future.done():
+                break
             yield self._next()
 
     def rest(self) -> Iterator[Entry]:
@@ -66,18 +71,16 @@ class CapturePacker:
 
     def _next(self) -> Entry:
         entry, future = self._waiting.popleft()
-        return entry._replace(data=future.result())
+        return entry if future is None else entry._replace(data=future.result())
 
 
 def packed(data: bytes, kind: Any) -> bytes:
     """Return a serialized message packed, or as it is if it is not made so that this helps."""
     try:
         layout = layout_in(data, kind)
-    except Exception:  # rclpy raises whatever the type support throws
+        return data if layout is None else min(pack(data, layout), data, key=len)
+    except Exception:  # rclpy raises whatever the type support throws; or memory is short
         return data
-    if layout is None:
-        return data
-    return min(pack(data, layout), data, key=len)
 
 
 def layout_in(data: bytes, kind: Any) -> Layout | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+import logging
 from pathlib import Path
 import shutil
 from typing import Any
@@ -15,9 +16,15 @@ from bpc_perception.recording.atomic import atomic_bag
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.storage.files import description, is_storage_file, METADATA
 from bpc_perception.recording.storage.packing import unpacked
-from bpc_perception.recording.storage.raw_message import CDR, PACKED, RawMessage
+from bpc_perception.recording.storage.raw_message import (
+    BagError,
+    CDR,
+    PACKED,
+    RawMessage,
+)
 from bpc_perception.recording.storage.storage import open_storage
 
+logger = logging.getLogger(__name__)
 # Written anew, since it counts the messages: of these two, only what the recorder's user said.
 DESCRIPTION = 'rosbag2'
 KEPT_OF_METADATA = ('custom_data', 'ros_distro')
@@ -54,8 +61,12 @@ def recover_bag(path: Path, out: Path) -> Recovered:
                 if not (isinstance(record, Metadata) and record.name == DESCRIPTION):
                     writer.copy_beside(record)
             for raw in storage.messages():
-                writer.copy(plain(raw))
-                messages[raw.topic] += 1
+                try:
+                    writer.copy(plain(raw))
+                except BagError as error:
+                    logger.warning('%s: left out a message on %s: %s', file, raw.topic, error)
+                else:
+                    messages[raw.topic] += 1
         beside = sorted(each.name for each in folder.iterdir() if not (
             is_storage_file(each) or each.name == METADATA)) if path.is_dir() else []
         for name in inputs.KEPT_BESIDE:

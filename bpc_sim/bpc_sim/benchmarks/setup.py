@@ -15,8 +15,9 @@ from bpc_sim.benchmarks.timing import no_progress, Progress
 STEPS = ('virtual environment', 'packages', 'workspace')
 BEGINS = re.compile(r'^bpc: \[(\d)/3\]')
 ENDS = 'bpc: ready'
-LEFT_OUT = shutil.ignore_patterns('.*', 'log', 'node_modules', '__pycache__')
-OURS = ('BPC_', 'VIRTUAL_ENV', 'PYTHONPATH', 'AMENT_', 'CMAKE_', 'LD_LIBRARY_PATH', 'PATH', '_ROS')
+# What the environment of this checkout sets; a sourced ROS needs its paths.
+OURS = ('BPC_ROOT', 'VIRTUAL_ENV', 'PYTHONPATH', 'AMENT_PREFIX_PATH', 'CMAKE_PREFIX_PATH',
+        'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE', 'ROS_DISTRO')
 
 
 def run(root: Path, progress: Progress = no_progress) -> list[dict[str, object]]:
@@ -26,7 +27,7 @@ def run(root: Path, progress: Progress = no_progress) -> list[dict[str, object]]
     """
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / 'checkout'
-        shutil.copytree(root, copy, ignore=LEFT_OUT)
+        copy_checkout(root, copy)
         times = timed(copy, Path(folder), progress)
         places = sorted((copy / '.environments').iterdir())
         size = sum(file.stat().st_size for place in places for file in place.rglob('*')
@@ -36,9 +37,22 @@ def run(root: Path, progress: Progress = no_progress) -> list[dict[str, object]]
         return [*rows, {'what': 'all', 'seconds': times[-1] - times[0], 'mb': size / 1e6}]
 
 
+def copy_checkout(root: Path, copy: Path) -> None:
+    """Copy what git knows of a checkout, or does not know yet. Raises ValueError."""
+    command = ['git', '-C', str(root), 'ls-files', '-co', '--exclude-standard', '-z']
+    listed = subprocess.run(command, capture_output=True, check=False)
+    if listed.returncode:
+        raise ValueError(f'bench setup: expected a git checkout at {root}, found: '
+                         f'{listed.stderr.decode(errors="replace").strip()}')
+    for name in filter(None, os.fsdecode(listed.stdout).split('\0')):
+        if (root / name).is_file():
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(root / name, copy / name)
+
+
 def timed(checkout: Path, folder: Path, progress: Progress) -> list[float]:
     """Return when each step of the set-up of a checkout began, and when the last ended [s]."""
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(OURS)}
+    environment = {name: value for name, value in os.environ.items() if name not in OURS}
     environment |= {'UV_CACHE_DIR': f'{folder}/uv', 'PIP_CACHE_DIR': f'{folder}/pip',
                     'PATH': path_of_user()}
     times, said = [], []

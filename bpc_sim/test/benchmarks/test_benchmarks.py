@@ -1,6 +1,7 @@
 """Benchmarks refuse to time wrong results. No test looks at how fast anything is."""
 
 import json
+import subprocess
 
 import numpy as np
 import pytest
@@ -86,6 +87,9 @@ def test_each_step_of_a_set_up_is_timed(tmp_path, monkeypatch):
     (tmp_path / 'bpc').write_text(FAKE)
     (tmp_path / 'bpc').chmod(0o755)
     monkeypatch.setenv('STATUS', '0')
+    with pytest.raises(ValueError, match='expected a git checkout'):
+        setup.run(tmp_path)
+    subprocess.run(['git', 'init', '--quiet', tmp_path], check=True)
     rows = setup.run(tmp_path)
     assert [row['what'] for row in rows] == [
         'virtual environment', 'packages', 'workspace', 'all']

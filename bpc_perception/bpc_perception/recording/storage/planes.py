@@ -23,7 +23,7 @@ MAGIC = b'BPCP'  # no serialized message begins so: the second byte tells the by
 HEAD = struct.Struct('<4sIIHH')
 LEVEL = 1  # higher ones take thrice as long, and save a hundredth
 WORD_BYTES = 4
-LARGEST_BYTES = 1 << 30  # unpacked; fifteen captures of the largest camera
+LARGEST_BYTES = 1 << 28  # unpacked; on the way it takes five times as much
 
 Bytes = NDArray[np.uint8]
 Words = NDArray[np.uint32]
@@ -77,7 +77,7 @@ def unpack(packed: bytes) -> bytes:
         data = zstandard.ZstdDecompressor().decompress(content, max_output_size=stated)
         layout = Layout(before, before + stated - before - behind, size, numbers)
         planes = np.frombuffer(data, np.uint8)[before + behind:].reshape(size, -1)
-    except (struct.error, ValueError, zstandard.ZstdError) as error:
+    except (struct.error, ValueError, MemoryError, zstandard.ZstdError) as error:
         raise BagError(f'expected a packed capture, found: {error}; '
                        'was the recording damaged since?') from error
     items = np.empty((planes.shape[1], size), np.uint8)
@@ -138,6 +138,8 @@ def layout_of(data: bytes, item: int, payload: int, tails: Sequence[int],
     Returns:
         None = there is no such array.
     """
+    if len(data) > LARGEST_BYTES:
+        return None
     for tail in tails:
         start = len(data) - tail - payload
         if (start >= WORD_BYTES and item > 0 and payload and payload % item == 0

@@ -29,7 +29,9 @@ NORMALS = 6  # so many near places of the first layer tell how the bed lies
 # Ink of a layer below goes on where its path is so much nearer than the section's own, from this
 # share of its width on.
 MUCH_NEARER, WITHIN = 0.8, 0.4
-LEAST_SIZED = 0.5  # of the beads measured below have a height, unless light goes into the ink
+# So many samples of the layer below tell whether light goes into the ink: then fewer of them have
+# a height than this share.
+LEAST_BELOW, LEAST_SIZED = 10, 0.5
 UNSEEN_SIGMA = 0.2  # of the height of ink below that was not measured, as a share of it
 
 
@@ -198,16 +200,16 @@ def reach_of_ink_below(track: Track, index: Index, bed: Plane, sections: Section
 def cloud_sinks(track: Track, index: Index, laid: Samples) -> bool:
     """Return whether light goes into the ink, so that its points lie too deep.
 
-    Then the heights of the ink below were refused, and the cloud tells no more of that above.
+    Then the heights of the layer below were refused, and the cloud lies above it as well.
 
     Args:
         track: P points.
         index: (N,) of the beads, all of one layer.
         laid: what is known of the P points.
     """
-    lower = (track.layer >= 0) & (track.layer < track.layer[index].min())
+    lower = track.layer == track.layer[index].min() - 1
     crest = laid.sizes.crest[lower & (laid.status == Status.MEASURED)]
-    return len(crest) > 0 and bool(np.isfinite(crest).mean() < LEAST_SIZED)
+    return len(crest) >= LEAST_BELOW and bool(np.isfinite(crest).mean() < LEAST_SIZED)
 
 
 def hangs(beneath: Beneath) -> Flags:

@@ -111,8 +111,9 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
         unknown_surface(len(index)) if lower is None
         else lower.surface(sections, sides, shapes.roundness, normal, bed))
     found = sizes(shapes, sides, widths.sigma, before, before_sigma)
-    if sinks:
-        found = Sizes.unknown(len(index))
+    if sinks or (lower is None and (
+            laid.status[track.layer == layer - 1] == Status.MEASURED).any()):
+        found = Sizes.unknown(len(index))  # its own height was refused
     gap = (np.zeros(len(index), bool) if beads is None
            else missing_ink(sections, beads, widths.sure, before[:, MIDDLE]))
     return Samples(sides, judged(sections, picture, widths, found.height, gap), widths.sigma,
