@@ -55,10 +55,11 @@ def add(venv: Venv, names: Collection[str], log: Path, patient: bool = True) -> 
     """
     log.write_bytes(b'')
     text = venv.lock.read_text()
+    there = at_first(text)
     for name in names:
         what_for, room = EXTRAS[name]
         entries = {package: entry for package, entry in lock.part(text, [f'{name}.in']).items()
-                   if package not in at_first(text)}  # fmt: skip
+                   if package not in there}  # fmt: skip
         note(f'adding {len(entries)} packages for {what_for}')
         places.check_space(venv.root, room)
         with new(venv) as folder:

@@ -48,7 +48,8 @@ class Layout:
         length = self.stop - self.start
         if not (0 <= self.start <= self.stop and self.size > 0 and length % self.size == 0
                 and 0 <= self.numbers * WORD_BYTES <= self.size < 1 << 16):
-            raise ValueError(f'expected whole items between two places, found {self}')
+            raise ValueError(f'expected whole items between two places, found {self}'
+                             '; name where an array of them begins and ends')
 
 
 def pack(data: bytes, layout: Layout) -> bytes:
