@@ -82,13 +82,18 @@ def new(venv: Venv) -> Iterator[Path]:
     try:
         yield folder
     finally:
-        for left in unfinished(venv):
-            shutil.rmtree(left, ignore_errors=True)
+        remove_unfinished(venv)
 
 
 def unfinished(venv: Venv) -> list[Path]:
     """Return what an interrupted set-up left of extras."""
     return list((venv.path / FOLDER).glob(f'{UNFINISHED}*'))
+
+
+def remove_unfinished(venv: Venv) -> None:
+    """Remove it; nobody else may be adding an extra."""
+    for left in unfinished(venv):
+        shutil.rmtree(left, ignore_errors=True)
 
 
 def put_on_path(venv: Venv) -> None:

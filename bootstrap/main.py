@@ -5,7 +5,6 @@ from contextlib import contextmanager, suppress
 import fcntl
 import os
 from pathlib import Path
-import shutil
 from subprocess import SubprocessError
 import sys
 from typing import NoReturn
@@ -82,8 +81,7 @@ def tidy(root: Path, built: Workspace) -> None:
         if places.superfluous(root, built.places) or extras.unfinished(built.venv):
             with only_one(root, wait=False):
                 places.remove_unused(places.superfluous(root, built.places))
-                for left in extras.unfinished(built.venv):
-                    shutil.rmtree(left, ignore_errors=True)
+                extras.remove_unfinished(built.venv)
         places.point_to(root, built.venv.path)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import Plane
+from bpc_perception.core.measurement.cross_section.by_cloud.cloud_beads import BeadModel
 from bpc_perception.core.measurement.cross_section.by_cloud.rough_beads import rough_beads
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.edges.feet import lean_to_left
@@ -79,14 +80,15 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
     normal = normals_measured(track, index, bed, laid, config.cross_section.tangent_length)
     sections = lay_sections(view, track, index, bed, config, Footing(below.clearance, normal))
     slope = -lean_to_left(view, sections, bed.normal)
+    contrast, model = (known.contrast, known.model) if known is not None else (None, None)
     sinks = cloud_sinks(track, index, laid)
-    depth = depth_of_light(known, below) if sinks else 0.0
-    sections = lifted(sections, depth, -slope)
+    depth = depth_of_light(model, below) if sinks else 0.0
+    if depth:
+        sections = lifted(sections, depth, -slope)
     middle, width = rough_beads(sections)
     goes_on = goes_on_beside(sections, track, index, bed, below.width)
     sections = replace(sections, foreign=sections.foreign | goes_on)
-    picture = read_picture(view, sections, track.extruding[index], bed, config,
-                           known.contrast if known is not None else None)
+    picture = read_picture(view, sections, track.extruding[index], bed, config, contrast)
     beneath = ink_beneath(track, index, bed, below.width)
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)
     beads = None if sinks and not depth else fit_beads(sections, middle, width)
@@ -120,15 +122,15 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
                    found, np.full(len(index), view.number))
 
 
-def depth_of_light(known: Known | None, below: Below) -> float:
+def depth_of_light(model: BeadModel | None, below: Below) -> float:
     """Return how deep light goes into ink whose heights were refused [m]; 0 = not known.
 
     The ink on the bed tells. If it goes less deep than shows in heights, they contradict each
     other.
     """
-    if known is None or known.model is None:
+    if model is None:
         return 0.0
-    depth = known.model.depth * below.width / 2
+    depth = model.depth * below.width / 2
     return depth if depth >= TOO_DEEP_M else 0.0
 
 

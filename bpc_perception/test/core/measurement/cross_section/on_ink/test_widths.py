@@ -12,11 +12,7 @@ from bpc_perception.core.measurement.cross_section.by_cloud.cloud_beads import (
 )
 from bpc_perception.core.measurement.cross_section.edges.edges import Edges
 from bpc_perception.core.measurement.cross_section.on_ink.below import Below, Beneath
-from bpc_perception.core.measurement.cross_section.on_ink.method import (
-    depth_of_light,
-    Known,
-    lifted,
-)
+from bpc_perception.core.measurement.cross_section.on_ink.method import depth_of_light, lifted
 from bpc_perception.core.measurement.cross_section.on_ink.widths import find_widths
 
 MM = 1e-3
@@ -64,6 +60,5 @@ def test_how_deep_light_goes_is_told_by_the_ink_on_the_bed(depth: float, told: f
     sections[2] = 0.6, 2.0, 1.0, depth
     below = Below(clearance=0.5 * MM, width=2 * MM)
     model = BeadModel(sections, sigma=0.02)
-    assert depth_of_light(Known(None, None, model), below) == pytest.approx(told)  # type: ignore[arg-type]
-    assert depth_of_light(Known(None, None, None), below) == 0.0  # type: ignore[arg-type]
+    assert depth_of_light(model, below) == pytest.approx(told)
     assert depth_of_light(None, below) == 0.0
