@@ -5,7 +5,8 @@ import os
 from pathlib import Path
 import shlex
 
-from bootstrap import extras, places
+from bootstrap import places
+from bootstrap.installing import extras
 from bootstrap.progress import PYTHON_SETTINGS
 from bootstrap.stamps import PYTHON_PACKAGES
 from bootstrap.venv import Venv

@@ -9,7 +9,8 @@ from subprocess import SubprocessError
 import sys
 from typing import NoReturn
 
-from bootstrap import environment, extras, places, ros, venv, workspace
+from bootstrap import environment, places, ros, venv, workspace
+from bootstrap.installing import extras
 from bootstrap.progress import note, SetupError, without_settings
 from bootstrap.workspace import Workspace
 

@@ -9,13 +9,14 @@ import subprocess
 import sys
 import sysconfig
 
-from bootstrap import cmake_repair, lock, packages, path_order, places, stamps
-from bootstrap.packages import Packages
+from bootstrap import cmake_repair, path_order, places, stamps
+from bootstrap.installing import lock, packages
+from bootstrap.installing.packages import Packages
 from bootstrap.progress import note, run_logged, SetupError
 
 NEEDED_SPACE_BYTES = 2.0e9  # for the environment, the build, and what is downloaded meanwhile
 
-# Files of requirements whose packages are installed at first; for the others see extras.py.
+# Files of requirements whose packages are installed at first; see installing/extras.py for others.
 AT_FIRST = ('requirements.in', 'stock.in', 'run.in', 'build.in')
 
 

@@ -11,11 +11,12 @@ import sys
 
 import pytest
 
-from bootstrap import extras, lock, main, packages, venv
-from bootstrap.packages import Packages
+from bootstrap import main, venv
+from bootstrap.installing import extras, lock, packages
+from bootstrap.installing.packages import Packages
 from bootstrap.progress import SetupError
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 LOCKS = [ROOT / 'bootstrap' / name for name in ('requirements.lock', 'stock.lock')]
 SMALL = """a==1 \\
     --hash=sha256:a

@@ -7,8 +7,9 @@ from pathlib import Path
 import secrets
 import shutil
 
-from bootstrap import lock, packages, places
-from bootstrap.packages import Packages
+from bootstrap import places
+from bootstrap.installing import lock, packages
+from bootstrap.installing.packages import Packages
 from bootstrap.progress import note, SetupError
 from bootstrap.venv import at_first, Venv
 
