@@ -38,7 +38,8 @@ class RecordingView:
         """Return a line with the rates since the start."""
         passed = time.monotonic() - self._start
         captures = sum(count for topic, count in counts.items() if topic.endswith(topics.IMAGE))
-        profiles = sum(count for topic, count in counts.items() if topic.endswith(topics.PROFILE))
+        profiles = sum(count for topic, count in counts.items()
+                       if topic.endswith((topics.PROFILE, topics.PROFILE_UPDATE)))
         free = shutil.disk_usage(self._out).free
         full_in = (f', full in {free * passed / size / S_PER_MIN:.0f} min' if size > BYTES_PER_MB
                    else '')

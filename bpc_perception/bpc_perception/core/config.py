@@ -242,6 +242,9 @@ class ThicknessConfig(Config):
     maximum_offset: Annotated[float, Parameter(
         'How far off the path the deposit may lie, per its width, before it is warned of', '',
         0.01, 10)] = 0.25
+    longest_whole_profile: Annotated[int, Parameter(
+        'Of a profile with more samples what changed is published with each capture, the whole on '
+        'request and at the end', 'samples', 0, 1_000_000)] = 2000
     pose: PoseConfig = field(default_factory=PoseConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)

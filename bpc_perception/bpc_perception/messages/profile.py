@@ -9,8 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
-from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
+from bpc_interfaces.msg import (
+    ThicknessProfile as ThicknessProfileMsg,
+    ThicknessProfileUpdate as ThicknessProfileUpdateMsg,
+)
 from bpc_perception.core.arrays import Index
+from bpc_perception.core.growing_profile import ProfileChange
 from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 from bpc_perception.core.stroke_ends import Strokes
 from bpc_perception.messages.array_fields import (
@@ -30,29 +34,42 @@ STROKE_FIELDS = 'stroke_number', 'stroke_start', 'stroke_end', 'ink_start', 'ink
 
 def profile_to_message(profile: ThicknessProfile, frame_id: str) -> ThicknessProfileMsg:
     """Convert a profile in the robot base frame, named ``frame_id``, to a message."""
-    summary = profile.summary
+    return _to_message(profile, profile, frame_id)
+
+
+def change_to_message(change: ProfileChange, whole: ThicknessProfile,
+                      frame_id: str) -> ThicknessProfileUpdateMsg:
+    """Convert what changed in a profile, and the whole that it is now, to a message."""
+    return ThicknessProfileUpdateMsg(base=ns_to_stamp(change.base_ns),
+                                     index=_numbers_field(change.index),
+                                     profile=_to_message(change.part, whole, frame_id))
+
+
+def _to_message(part: ThicknessProfile, whole: ThicknessProfile,
+                frame_id: str) -> ThicknessProfileMsg:
+    """Convert the samples of a part, and what is said of the whole."""
+    summary = whole.summary
     return ThicknessProfileMsg(
-        header=Header(stamp=ns_to_stamp(profile.stamp_ns), frame_id=frame_id),
-        print_id=profile.print_id, print_start=ns_to_stamp(profile.print_start_ns),
-        capture=profile.capture, method=profile.method, time=floats_field(profile.time),
-        arc_length=floats_field(profile.arc_length), **axes_fields('', profile.points),
-        extruding=profile.extruding.tolist(), status=array('B', profile.status.tobytes()),
-        thickness=floats_field(profile.thickness), thickness_sigma=floats_field(profile.sigma),
-        left=floats_field(profile.left), right=floats_field(profile.right),
-        **axes_fields('left_', profile.left_points), **axes_fields('right_', profile.right_points),
+        header=Header(stamp=ns_to_stamp(whole.stamp_ns), frame_id=frame_id),
+        print_id=whole.print_id, print_start=ns_to_stamp(whole.print_start_ns),
+        capture=whole.capture, method=whole.method, time=floats_field(part.time),
+        arc_length=floats_field(part.arc_length), **axes_fields('', part.points),
+        extruding=part.extruding.tolist(), status=array('B', part.status.tobytes()),
+        thickness=floats_field(part.thickness), thickness_sigma=floats_field(part.sigma),
+        left=floats_field(part.left), right=floats_field(part.right),
+        **axes_fields('left_', part.left_points), **axes_fields('right_', part.right_points),
         thickness_mean=summary.thickness_mean, thickness_std=summary.thickness_std,
         thickness_q1=summary.thickness_q1, thickness_median=summary.thickness_median,
         thickness_q3=summary.thickness_q3, coverage=summary.coverage,
         gap_count=summary.gap_count, gap_length=summary.gap_length,
         offset_mean=summary.offset_mean, offset_rms=summary.offset_rms,
-        processing_time=profile.processing_time,
-        extruder_known=profile.extruder_known.tolist(), stroke=_numbers_field(profile.stroke),
+        processing_time=whole.processing_time,
+        extruder_known=part.extruder_known.tolist(), stroke=_numbers_field(part.stroke),
         ooze_count=summary.ooze_count, ooze_length=summary.ooze_length,
-        bare_length=summary.bare_length, **_strokes_fields(profile.strokes),
-        layer=_signed_field(profile.layer), seen_in=_signed_field(profile.seen_in),
-        cause=array('B', profile.cause.tobytes()), shift=profile.shift,
-        tip_height=profile.tip_height,
-        **{name: floats_field(getattr(profile, name)) for name in SIZES})
+        bare_length=summary.bare_length, **_strokes_fields(whole.strokes),
+        layer=_signed_field(part.layer), seen_in=_signed_field(part.seen_in),
+        cause=array('B', part.cause.tobytes()), shift=whole.shift, tip_height=whole.tip_height,
+        **{name: floats_field(getattr(part, name)) for name in SIZES})
 
 
 def _strokes_fields(strokes: Strokes) -> dict[str, Any]:
@@ -118,3 +135,12 @@ def profile_from_message(message: ThicknessProfileMsg) -> ThicknessProfile:
         shift=np.array(getattr(message, 'shift', (np.nan,) * 3), float),
         tip_height=getattr(message, 'tip_height', np.nan),
         processing_time=message.processing_time)
+
+
+def change_from_message(message: ThicknessProfileUpdateMsg) -> ProfileChange:
+    """Convert what changed in a profile. Raises ConversionError for impossible values."""
+    part, index = profile_from_message(message.profile), np.array(message.index, np.intp)
+    if len(index) != len(part) or (np.diff(index) <= 0).any():
+        raise ConversionError('thickness_profile/update: expected an increasing place for each '
+                              f'sample, found {len(index)} for {len(part)}; is its sender bpc?')
+    return ProfileChange(stamp_to_ns(message.base), index, part)

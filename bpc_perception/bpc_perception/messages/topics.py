@@ -12,7 +12,13 @@ from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2
 from std_msgs.msg import Float64
 from visualization_msgs.msg import MarkerArray
 
-from bpc_interfaces.msg import DepositionPath, ExtrusionState, RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import (
+    DepositionPath,
+    ExtrusionState,
+    RateAdvice,
+    ThicknessProfile,
+    ThicknessProfileUpdate,
+)
 
 IMAGE, CAMERA_INFO, CLOUD = 'color/image_color', 'color/camera_info', 'points/xyzrgba'
 CAMERA: dict[str, Any] = {IMAGE: Image, CAMERA_INFO: CameraInfo, CLOUD: PointCloud2}
@@ -28,10 +34,13 @@ PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
 PROFILE, ADVICE = 'thickness_profile', 'rate_advice'
+PROFILE_UPDATE = 'thickness_profile/update'  # what changed in a long PROFILE
+SEND_PROFILE = 'thickness/send_profile'  # service: publish the whole
 MARKERS, OVERLAY = 'thickness/markers', 'thickness/overlay'
 WIDTH, DEVIATION = 'thickness/width', 'thickness/deviation'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
-                           ADVICE: RateAdvice, '/diagnostics': DiagnosticArray}
+                           PROFILE_UPDATE: ThicknessProfileUpdate, ADVICE: RateAdvice,
+                           '/diagnostics': DiagnosticArray}
 
 # For people; made only while someone subscribes.
 VIEWS: dict[str, Any] = {MARKERS: MarkerArray, OVERLAY: Image, WIDTH: Float64,
@@ -47,7 +56,7 @@ EXTRUSION_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 # Each message has the whole path, so a late subscriber needs only the last one.
 PATH_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
-PATH_UPDATE_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
+UPDATE_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 # The last one is enough, also for a subscriber that comes between two captures.
 VIEW_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)

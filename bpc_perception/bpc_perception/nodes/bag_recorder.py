@@ -37,7 +37,7 @@ PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is st
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
        topics.LBR_STATE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
        topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS,
-       **dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS),
+       topics.PROFILE_UPDATE: topics.UPDATE_QOS, **dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS),
        topics.CAMERA_INFO: topics.CAMERA_INFO_QOS}
 
 
@@ -84,12 +84,12 @@ class BagRecorderNode(Node):
         self._packer: CapturePacker | None = None  # None = nothing is packed
         self._bag: BagWriter | PrintBags
         if config.prints:
-            inputs = set(map(self.resolve_topic_name, recorded.keys() - topics.RESULTS.keys()))
+            inputs = {self.resolve_topic_name(name) for name in recorded.keys() - topics.RESULTS}
             self._bag = self._prints = PrintBags(
                 Path(config.prints), types, inputs, captures.values(), beside)
             self.create_subscription(
                 DepositionPathUpdate, topics.PATH_UPDATE, partial(self._on_update, self._prints),
-                topics.PATH_UPDATE_QOS)
+                topics.UPDATE_QOS)
         else:
             # The bag comes last: when the process is ended while it makes the node, no half-made
             # recording is left.

@@ -11,16 +11,16 @@ from typing import Any
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Image
 
-from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import RateAdvice
 from bpc_perception.core.config import PageConfig
+from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import image_to_rgb
-from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
+from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.nodes.parts.target_client import TargetClient
 from bpc_perception.nodes.parts.trigger_services import TriggerServices
 from bpc_perception.page import TOKEN_VARIABLE
@@ -52,11 +52,10 @@ class PageNode(Node):
         limit_cpu_use(config.process, self.get_logger())
         self._diagnostics = Diagnostics(self)
         self._board = Board(lambda: self.get_clock().now().nanoseconds)
-        self._packed: bytes | None = None  # the newest profile, until it is unpacked
         self._watchers = 0
         self._overlay: Any = None  # the subscription
-        self.create_subscription(ThicknessProfile, topics.PROFILE, self._on_profile,
-                                 topics.RESULT_QOS, raw=True)
+        self._profiles = ProfileFollower(self, self._on_profile, self._diagnostics.refuse)
+        self._profiles.pause(True)  # nobody looks yet
         self.create_subscription(RateAdvice, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
         services = TriggerServices(self, BUTTON_SERVICES)
@@ -71,21 +70,13 @@ class PageNode(Node):
         if not given:
             print(self._server.address, flush=True)  # not into the log, which is a topic too
 
-    def _on_profile(self, packed: bytes) -> None:
-        self._packed = packed
+    def _on_profile(self, profile: ThicknessProfile) -> None:
         self._diagnostics.count('profiles')
-        self._unpack()
-
-    def _unpack(self) -> None:
-        if self._watchers and self._packed is not None:
-            message = deserialize_message(self._packed, ThicknessProfile)
-            self._packed = None
-            with self._showing():
-                profile = profile_from_message(message)
-                if profile.print_id:
-                    self._board.profile = profile
-                else:
-                    self._board.forget_print()
+        if profile.print_id:
+            self._board.profile = profile
+        else:
+            self._board.forget_print()
+        self._server.notify()
 
     def _on_advice(self, message: RateAdvice) -> None:
         with self._showing():
@@ -93,7 +84,7 @@ class PageNode(Node):
             if advice.print_id:
                 self._board.advise(advice)
             else:  # the print was cleared
-                self._packed = None
+                self._profiles.clear()
                 self._board.forget_print()
 
     def _on_overlay(self, message: Image) -> None:
@@ -135,7 +126,7 @@ class PageNode(Node):
         elif not self._watchers and self._overlay is not None:
             self.destroy_subscription(self._overlay)
             self._overlay = None
-        self._unpack()
+        self._profiles.pause(not self._watchers)
 
     def _ask_for_target(self) -> None:
         if self._watchers:

@@ -15,11 +15,12 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
-from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import RateAdvice
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import PinholeCamera
 from bpc_perception.core.config import RecorderConfig, ResultsWriterConfig, ThicknessConfig
 from bpc_perception.core.parameter import ConfigError, flatten, replace_flat
+from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.core.robot.poses import PoseBuffer
 from bpc_perception.files.hand_eye_file import load_hand_eye
@@ -27,9 +28,9 @@ from bpc_perception.files.parameter_file import configure
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import camera_from_info, image_to_rgb
-from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.recording.print_folder import RECORDING
 from bpc_perception.report.live_results import LiveResults, seen
 from bpc_perception.report.provenance import live_provenance
@@ -69,9 +70,9 @@ class ResultsWriterNode(Node):
         self._diagnostics = Diagnostics(self)
         for kind, topic, qos, waiting in (
                 (Image, topics.IMAGE, IMAGE_QOS, self._images),
-                (ThicknessProfile, topics.PROFILE, topics.RESULT_QOS, self._profiles),
                 (RateAdvice, topics.ADVICE, topics.RESULT_QOS, self._advice)):
-            self.create_subscription(kind, topic, partial(self._on_part, waiting), qos)
+            self.create_subscription(kind, topic, partial(self._on_message, waiting), qos)
+        ProfileFollower(self, self._on_profile, self._diagnostics.refuse)
         self.create_subscription(CameraInfo, topics.CAMERA_INFO, self._on_info,
                                  topics.CAMERA_INFO_QOS)
         self.create_subscription(ParameterEvent, '/parameter_events', self._on_parameters,
@@ -83,8 +84,14 @@ class ResultsWriterNode(Node):
         self._timer = self.create_timer(config.period / 10, self._write_in_time,
                                         clock=steady_clock())
 
-    def _on_part(self, waiting: dict[int, Any], message: Any) -> None:
-        waiting[stamp_to_ns(message.header.stamp)] = message
+    def _on_message(self, waiting: dict[int, Any], message: Any) -> None:
+        self._on_part(waiting, stamp_to_ns(message.header.stamp), message)
+
+    def _on_profile(self, profile: ThicknessProfile) -> None:
+        self._on_part(self._profiles, profile.stamp_ns, profile)
+
+    def _on_part(self, waiting: dict[int, Any], stamp_ns: int, part: Any) -> None:
+        waiting[stamp_ns] = part
         if waiting is not self._images:
             self._heard = time.monotonic()
         if len(waiting) > MOST_WAITING:
@@ -127,7 +134,7 @@ class ResultsWriterNode(Node):
                     del waiting[older]
 
     def _add(self, stamp_ns: int, camera: PinholeCamera) -> None:
-        profile = profile_from_message(self._profiles[stamp_ns])
+        profile = self._profiles[stamp_ns]
         advice = advice_from_message(self._advice[stamp_ns])
         if self._results.begins_with(profile.print_id):
             self.write()  # what is left of the print before

@@ -10,26 +10,22 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bpc_interfaces.msg import (
-    RateAdvice as RateAdviceMsg,
-    ThicknessProfile as ThicknessProfileMsg,
-)
+from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.path.deposition_path import DepositionPath
-from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Session
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.capture_pairing import CapturePairer
-from bpc_perception.messages.profile import profile_to_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.nodes.parts.kept_setup import KeptSetup
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
+from bpc_perception.nodes.parts.profile_publisher import ProfilePublisher
 from bpc_perception.nodes.parts.single_source import subscribe_single_source
 from bpc_perception.nodes.parts.views import Views
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
@@ -62,11 +58,10 @@ class ThicknessNode(Node):
         self._handed_over: deque[tuple[Capture, int, Event]] = deque()
         self._diagnostics.expect(CAPTURES, paced=True)
         self._frame = config.base_frame
-        self._profiles = self.create_publisher(
-            ThicknessProfileMsg, topics.PROFILE, topics.RESULT_QOS)
+        self._profiles = ProfilePublisher(self, self._frame)
         self._advice = self.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
         self._views = Views(self, self._frame)
-        self._told = False  # whether the last that was published is of a print
+        self._ended = ''  # identifier of the print, once it ended
         for name, kind in topics.CAMERA.items() if camera_topics else ():
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
             subscribe_single_source(self, kind, name, partial(self._on_camera, name), qos,
@@ -109,6 +104,7 @@ class ThicknessNode(Node):
             self._forget_print()
             return
         self._session.set_path(path)
+        self._ended = path.print_id if path.finished else ''
         self._news.trigger()
 
     def _publish_results(self) -> None:
@@ -138,9 +134,8 @@ class ThicknessNode(Node):
                 else:
                     self._diagnostics.refuse(result.refusal)
                 continue
-            self._profiles.publish(profile_to_message(result.profile, self._frame))
+            self._profiles.publish(result.profile, self._config.value.longest_whole_profile)
             self._advice.publish(advice_to_message(result.advice))
-            self._told = True
             self._diagnostics.count('profiles')
             try:
                 self._views.publish(result, self._config.value.overlay_layer)
@@ -148,6 +143,7 @@ class ThicknessNode(Node):
                 self._diagnostics.refuse(in_words(error))
             if result.warning:
                 self._diagnostics.warn(result.warning)
+        self._profiles.end(self._ended)
         self._setup.keep(self._session.setup)
 
     def _now_ns(self) -> int:
@@ -172,12 +168,11 @@ class ThicknessNode(Node):
     def _forget_print(self) -> None:
         """Forget what was received of the print, and tell those who know of it."""
         self._session.clear()
-        if self._told:
+        if self._profiles.told:
             now_ns = self._now_ns()
-            self._profiles.publish(profile_to_message(ThicknessProfile.none(now_ns), self._frame))
+            self._profiles.clear(now_ns)
             self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
             self._views.clear()
-            self._told = False
 
 
 def main() -> None:

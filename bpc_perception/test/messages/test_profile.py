@@ -11,8 +11,14 @@ from perception_builders import profile_of
 import pytest
 
 from bpc_interfaces.msg import ThicknessProfile as ThicknessProfileMsg
+from bpc_perception.core.growing_profile import change_between
 from bpc_perception.core.profile import Cause, Status
-from bpc_perception.messages.profile import profile_from_message, profile_to_message
+from bpc_perception.messages.profile import (
+    change_from_message,
+    change_to_message,
+    profile_from_message,
+    profile_to_message,
+)
 from bpc_perception.messages.stamps import ConversionError
 
 pytestmark = pytest.mark.ros
@@ -118,3 +124,29 @@ def test_status_numbers_are_those_of_the_message(status: Status) -> None:
 @pytest.mark.parametrize('cause', list(Cause))
 def test_cause_numbers_are_those_of_the_message(cause: Cause) -> None:
     assert getattr(ThicknessProfileMsg, f'CAUSE_{cause.name}') == cause
+
+
+def test_a_change_survives_there_and_back_with_the_summary_of_the_whole() -> None:
+    after = replace(PROFILE, stamp_ns=PROFILE.stamp_ns + 1,
+                    thickness=np.where(PROFILE.status == Status.MEASURED, 2e-3,
+                                       PROFILE.thickness))
+    change = change_between(PROFILE, after)
+    assert change is not None
+    message = change_to_message(change, after, 'base')
+    assert message.profile.thickness_mean == pytest.approx(2e-3)
+    assert message.profile.coverage == profile_to_message(after, 'base').coverage
+    assert list(message.profile.stroke_number) == [1, 2]
+    found = change_from_message(message)
+    assert (found.base_ns, found.index.tolist()) == (PROFILE.stamp_ns, [0, 3])
+    assert_same(found.part, change.part)
+
+
+@pytest.mark.parametrize('index', [[0], [3, 0], [3, 3], [0, 3, 4]])
+def test_a_change_without_a_place_for_each_sample_is_refused(index: list[int]) -> None:
+    change = change_between(PROFILE, replace(
+        PROFILE, thickness=np.where(PROFILE.status == Status.MEASURED, 2e-3, PROFILE.thickness)))
+    assert change is not None
+    message = change_to_message(change, PROFILE, 'base')
+    message.index = index
+    with pytest.raises(ConversionError, match='an increasing place for each sample'):
+        change_from_message(message)

@@ -34,9 +34,13 @@ class NoServer:
         pass
 
 
+def profile_comes(node: page.PageNode, message: ThicknessProfile) -> None:
+    node._profiles._on_message(ThicknessProfile, serialize_message(message))
+
+
 @pytest.mark.parametrize(('hear', 'kind'), [
     (lambda node: node._on_advice(RateAdvice()), 'rate_advice'),
-    (lambda node: node._on_profile(serialize_message(ThicknessProfile(time=[0.0]))),
+    (lambda node: profile_comes(node, ThicknessProfile(time=[0.0])),
      'thickness_profile'),
     (lambda node: node._on_overlay(Image(encoding='mono8')), 'image'),
     (lambda node: node._on_overlay(Image(  # nothing is left of it when it is made smaller
@@ -48,14 +52,15 @@ def test_what_cannot_be_shown_is_refused(graph: Any, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(page, 'PageServer', NoServer)
     node = graph.make(page.PageNode)
     node._on_watchers(1)
+    node._follow_watchers()
     hear(node)
-    node._unpack()  # a refused profile is not unpacked again
+    node._profiles.pause(False)  # a refused profile is not unpacked again
     assert node._diagnostics._refusals == {kind: 1}
 
 
 @pytest.mark.parametrize('hear', [
     lambda node: node._on_advice(advice_to_message(NoAdvice.none(5))),
-    lambda node: node._on_profile(serialize_message(profile_to_message(NoProfile.none(5), 'b'))),
+    lambda node: profile_comes(node, profile_to_message(NoProfile.none(5), 'b')),
 ], ids=['advice', 'profile'])
 def test_a_print_that_was_cleared_is_shown_no_longer(
         graph: Any, monkeypatch: pytest.MonkeyPatch,
@@ -63,7 +68,8 @@ def test_a_print_that_was_cleared_is_shown_no_longer(
     monkeypatch.setattr(page, 'PageServer', NoServer)
     node = graph.make(page.PageNode)
     node._on_watchers(1)
-    node._on_profile(serialize_message(ThicknessProfile(print_id='print')))
+    node._follow_watchers()
+    profile_comes(node, ThicknessProfile(print_id='print'))
     node._on_advice(RateAdvice(print_id='print', flow_rate_scale=1.0, speed_scale=1.0))
     assert None not in (node._board.profile, node._board.advice)
     hear(node)

@@ -59,7 +59,7 @@ def test_a_late_subscriber_still_gets_the_path(graph: Any) -> None:
 
 def test_updates_make_up_the_path(graph: Any) -> None:
     bench = recorder_bench(graph)
-    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.PATH_UPDATE_QOS)
+    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.UPDATE_QOS)
     whole = path_from_message(print_line(bench)[-1])
     growing = GrowingPath(whole.print_id, whole.start_ns)
     bench.until(lambda: updates[-1].path.complete_until == whole.complete_until)
@@ -118,7 +118,7 @@ def test_a_print_is_saved_and_cleared(graph: Any, tmp_path: Path) -> None:
 def test_after_a_print_was_cleared_its_path_stands_no_longer(graph: Any) -> None:
     bench = recorder_bench(graph)
     viewed = bench.listen(topics.NAV_PATH, topics.RESULTS[topics.NAV_PATH], topics.PATH_QOS)
-    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.PATH_UPDATE_QOS)
+    updates = bench.listen(topics.PATH_UPDATE, DepositionPathUpdate, topics.UPDATE_QOS)
     paths = print_line(bench)
     bench.until(lambda: viewed)
     assert bench.call('path_recorder/clear').success

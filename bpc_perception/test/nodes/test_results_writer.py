@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 import time
 
@@ -34,10 +35,9 @@ def writer(graph: Graph, folder: Path) -> ResultsWriterNode:
 def test_profiles_without_an_image_fill_no_memory(graph: Graph, tmp_path: Path) -> None:
     """Of a camera whose image nobody hears, the newest profiles wait."""
     node = writer(graph, tmp_path)
-    message = profile_to_message(profile_of([2e-3] * 3), BASE)
+    profile = profile_of([2e-3] * 3)
     for stamp_ns in range(1, 3 * MOST_WAITING):
-        message.header.stamp = ns_to_stamp(stamp_ns)
-        node._on_part(node._profiles, message)
+        node._on_profile(replace(profile, stamp_ns=stamp_ns))
     assert list(node._profiles) == list(range(2 * MOST_WAITING, 3 * MOST_WAITING))
     assert not (tmp_path / 'prints').exists()
 

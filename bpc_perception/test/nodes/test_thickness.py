@@ -176,7 +176,7 @@ def test_a_path_in_parts_is_as_good(graph: Any, tmp_path: Path) -> None:
                         (len(half), rest)):
         bench.send(topics.PATH_UPDATE, DepositionPathUpdate(
             first=first, path=path_to_message(part, BASE)), kind=DepositionPathUpdate,
-            qos=topics.PATH_UPDATE_QOS)
+            qos=topics.UPDATE_QOS)
     assert len(assert_profile_comes(bench, STAMP_NS).x) == len(path)
 
 
@@ -399,7 +399,7 @@ def test_what_was_begun_since_is_not_cleared(graph: Any, tmp_path: Path) -> None
     late = GrowingPath('', stamp_to_ns(BEAD_PATH.header.stamp) - 1)
     late.finished = True
     bench.send(topics.PATH_UPDATE, DepositionPathUpdate(path=BEAD_PATH),
-               kind=DepositionPathUpdate, qos=topics.PATH_UPDATE_QOS)
+               kind=DepositionPathUpdate, qos=topics.UPDATE_QOS)
     bench.send_capture(STAMP_NS)
     assert_profile_comes(bench, STAMP_NS)
     bench.send(topics.PATH, path_to_message(late.path(), BASE))

@@ -20,6 +20,7 @@ TITLES = {
     'live': 'From capture to advice',
     'recorder': 'The path recorder',
     'packing': 'Captures packed by record --compress',
+    'profiles': 'Profile messages of a long print: the whole, and what changed with a capture',
     'start': 'Commands, beside the mere start of the libraries',
     'setup': 'The first set-up of a copy of this checkout, with empty caches',
 }
@@ -27,7 +28,7 @@ TITLES = {
 
 def bench(
     name: Annotated[str, typer.Argument(
-        help='Which: core, bag, live, recorder, packing, start or setup.')],
+        help='Which: core, bag, live, recorder, packing, profiles, start or setup.')],
     json_file: Annotated[Path | None, typer.Option(
         '--json', metavar='FILE', help='Write the rows as a list of flat objects.')] = None,
     bag: Annotated[Path | None, typer.Option(
@@ -35,7 +36,8 @@ def bench(
     seconds: Annotated[float, typer.Option(
         min=1, metavar='S', help='How long to print, of live and recorder.')] = 60.0,
     quick: Annotated[bool, typer.Option(
-        '--quick', help='The smallest of each only, of core, bag, packing and start.')] = False,
+        '--quick', help='The smallest of each only, of core, bag, packing, profiles, '
+        'start.')] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Measure speed; what gives wrong results is refused, not timed."""
@@ -56,7 +58,7 @@ def benchmark_arguments(name: str, bag: Path | None, seconds: float,
     root = Path(os.environ.get('BPC_ROOT', '.'))
     sample = bag or root / 'bags' / 'spiral_gaps'
     match name:
-        case 'core' | 'packing':
+        case 'core' | 'packing' | 'profiles':
             return (quick,)
         case 'bag':
             return inputs.load(sample, None, None), quick

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from bpc_sim.benchmarks import core, packing, setup, start
+from bpc_sim.benchmarks import core, packing, profiles, setup, start
 from bpc_sim.benchmarks.core_prints import spiral
 from bpc_sim.benchmarks.timing import time_interleaved
 from bpc_sim.cli.bench import bench
@@ -68,6 +68,16 @@ def test_a_packed_capture_is_verified_before_it_is_timed(monkeypatch):
     monkeypatch.setattr(packing, 'unpacked', lambda data: data[1:])
     with pytest.raises(ValueError, match='expected the same Image'):
         packing.run(quick=True)
+
+
+def test_parts_of_a_profile_are_verified_before_they_are_told(monkeypatch):
+    row, = profiles.run(quick=True)
+    assert row['share'] < 0.5
+    monkeypatch.setattr(profiles, 'OF_EACH_SAMPLE', ('time',))
+    monkeypatch.setattr('bpc_perception.core.growing_profile.with_change',
+                        lambda before, _: before)
+    with pytest.raises(ValueError, match='expected the parts to make the whole'):
+        profiles.run(quick=True)
 
 
 def test_only_commands_that_end_well_are_timed(tmp_path):

@@ -42,8 +42,8 @@ NODES = {
     'camera_driver': Interface((*topics.CAMERA, topics.SNR, '~/transition_event', '/diagnostics'),
                                (), ('capture', *LIFECYCLE)),
     'thickness': Interface(
-        (topics.PROFILE, topics.ADVICE, *topics.VIEWS, '/diagnostics'),
-        (*topics.CAMERA, *POSES, topics.PATH, topics.PATH_UPDATE)),
+        (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, *topics.VIEWS, '/diagnostics'),
+        (*topics.CAMERA, *POSES, topics.PATH, topics.PATH_UPDATE), (topics.SEND_PROFILE,)),
     'path_recorder': Interface(
         (topics.PATH, topics.PATH_UPDATE, topics.NAV_PATH, '/diagnostics'),
         (*POSES, topics.EXTRUSION), tuple(f'~/{name}' for name in SERVICES)),
@@ -52,10 +52,12 @@ NODES = {
     'bag_recorder': Interface(('/diagnostics',), (*RECORDED, topics.LBR_STATE)),
     'robot': Interface(POSES),
     'print_controller': Interface((), (topics.ADVICE,)),
-    'page': Interface((), (topics.PROFILE, topics.ADVICE, topics.OVERLAY, '/diagnostics'), (), (
-        'capture', 'thickness/get_parameters', *(f'path_recorder/{name}' for name in SERVICES))),
+    'page': Interface(
+        (), (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, topics.OVERLAY, '/diagnostics'),
+        (), ('capture', topics.SEND_PROFILE, 'thickness/get_parameters',
+             *(f'path_recorder/{name}' for name in SERVICES))),
     'operator': Interface((), (*RECORDED, *topics.VIEWS), (), (
-        'capture', *(f'path_recorder/{name}' for name in SERVICES))),
+        'capture', topics.SEND_PROFILE, *(f'path_recorder/{name}' for name in SERVICES))),
 }
 # Enclave to the nodes in its process.
 ENCLAVES = {**{name: (name,) for name in NODES}, 'composed': ('camera_driver', 'thickness')}

@@ -38,7 +38,7 @@ NOT_OF_ROSDEP = {'mcap', 'rosbags', 'lz4', 'zstandard', 'plotly', 'ticlib', 'mat
                  'distributed', 'pyarrow', 'nicegui'}
 QOS = {'camera': topics.CAMERA_QOS, 'camera info': topics.CAMERA_INFO_QOS,
        'pose': topics.POSE_QOS, 'extruder': topics.EXTRUSION_QOS, 'path': topics.PATH_QOS,
-       'update': topics.PATH_UPDATE_QOS, 'result': topics.RESULT_QOS, 'view': topics.VIEW_QOS}
+       'update': topics.UPDATE_QOS, 'result': topics.RESULT_QOS, 'view': topics.VIEW_QOS}
 
 
 def loaded_with(module: str, known: set[str]) -> set[str]:

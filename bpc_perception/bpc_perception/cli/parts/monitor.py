@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rich.console import RenderableType
 
-from bpc_interfaces.msg import RateAdvice as RateAdviceMsg, ThicknessProfile as ThicknessProfileMsg
+from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
 from bpc_perception.claims import domain
 from bpc_perception.cli.parts.live_view import view
 from bpc_perception.cli.parts.patient_output import patient_output
@@ -27,8 +27,8 @@ from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
-from bpc_perception.messages.profile import profile_from_message
 from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
 from bpc_perception.runtime.transport.middleware import expect_middleware
@@ -66,8 +66,7 @@ class Monitor:
         self.print_ids: list[str] = []
         self.checks: list[Callable[[], None]] = []
         self._interrupted = False
-        node.create_subscription(
-            ThicknessProfileMsg, topics.PROFILE, self._on_profile, topics.RESULT_QOS)
+        ProfileFollower(node, self._on_profile, self._refuse)
         node.create_subscription(RateAdviceMsg, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
@@ -137,12 +136,7 @@ class Monitor:
         """
         return all(self.publishers(name) for name in (topics.PROFILE, topics.ADVICE))
 
-    def _on_profile(self, message: ThicknessProfileMsg) -> None:
-        try:
-            profile = profile_from_message(message)
-        except ConversionError as error:
-            self._warn(f'{self.node.get_name()}: {error}')
-            return
+    def _on_profile(self, profile: ThicknessProfile) -> None:
         if not profile.print_id:
             self._shown = None
             self._terminal.emit('cleared', 'The print was cleared: its advice holds no longer.')
@@ -162,12 +156,15 @@ class Monitor:
         try:
             advice = advice_from_message(message)
         except ConversionError as error:
-            self._warn(f'{self.node.get_name()}: {error}')
+            self._refuse(error)
             return
         if not advice.print_id:
             return
         self.advice[advice.stamp_ns] = advice
         self._show(advice.stamp_ns)
+
+    def _refuse(self, error: ConversionError) -> None:
+        self._warn(f'{self.node.get_name()}: {error}')
 
     def _show(self, stamp_ns: int) -> None:
         """Show a capture if both its profile and its advice have come."""

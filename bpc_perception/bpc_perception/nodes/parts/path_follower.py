@@ -32,7 +32,7 @@ class PathFollower:
         self.clear()
         node.create_subscription(DepositionPath, topics.PATH, self._on_whole, topics.PATH_QOS)
         node.create_subscription(DepositionPathUpdate, topics.PATH_UPDATE, self._on_update,
-                                 topics.PATH_UPDATE_QOS)
+                                 topics.UPDATE_QOS)
 
     def clear(self) -> None:
         """Forget the path."""

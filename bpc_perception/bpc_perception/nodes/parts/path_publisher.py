@@ -37,7 +37,7 @@ class PathPublisher:
         self._whole = Allowance(WHOLE_PATH_TIME_SHARE)
         self._view = Allowance(WHOLE_PATH_TIME_SHARE)
         self._updates = node.create_publisher(
-            DepositionPathUpdate, topics.PATH_UPDATE, topics.PATH_UPDATE_QOS)
+            DepositionPathUpdate, topics.PATH_UPDATE, topics.UPDATE_QOS)
         self._paths = node.create_publisher(DepositionPath, topics.PATH, topics.PATH_QOS)
         self._nav_paths = node.create_publisher(Path, topics.NAV_PATH, topics.PATH_QOS)
 

@@ -16,6 +16,7 @@ from bpc_interfaces.msg import (
     ExtrusionState,
     RateAdvice,
     ThicknessProfile,
+    ThicknessProfileUpdate,
 )
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.core.path.tracker import PrintTracker
@@ -29,7 +30,11 @@ from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.extruder import extruder_from_message, joint_motion
 from bpc_perception.messages.path import path_from_message
 from bpc_perception.messages.pose import joints_to_matrix, pose_to_matrix
-from bpc_perception.messages.profile import profile_from_message, profile_to_message
+from bpc_perception.messages.profile import (
+    change_from_message,
+    profile_from_message,
+    profile_to_message,
+)
 from bpc_perception.messages.stamps import ConversionError
 from bpc_system_tests.robustness.fuzz_targets.sample_messages import (
     recorded_messages,
@@ -39,7 +44,7 @@ from bpc_system_tests.robustness.fuzz_targets.sample_messages import (
 
 # The first byte of an input chooses the kind of its message.
 KINDS = (Image, CameraInfo, PointCloud2, PoseStamped, JointState, ExtrusionState,
-         DepositionPathMsg, ThicknessProfile, RateAdvice, String)
+         DepositionPathMsg, ThicknessProfile, RateAdvice, String, ThicknessProfileUpdate)
 LENGTH_BYTES = 4  # in front of each message of a capture
 
 
@@ -103,7 +108,7 @@ def take_extrusion(message: ExtrusionState) -> object:
 TAKERS: dict[type[Any], Callable[[Any], object]] = {
     PoseStamped: take_pose, JointState: take_joints, ExtrusionState: take_extrusion,
     DepositionPathMsg: path_from_message, ThicknessProfile: profile_from_message,
-    RateAdvice: advice_from_message}
+    ThicknessProfileUpdate: change_from_message, RateAdvice: advice_from_message}
 
 
 def read_message(data: bytes) -> object:
