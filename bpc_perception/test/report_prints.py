@@ -7,6 +7,7 @@ from perception_builders import on_one_layer
 
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
 
@@ -40,7 +41,8 @@ def strand_result():
             right_points=(points - (0, -MM, 0)) * measured[:, None],
             **on_one_layer(count), processing_time=0.1),
         RateAdvice(10**9, NASTY, True, Reason.UNDER_EXTRUSION, 2.078 * MM, 2 * MM,
-                   (5 * MM, 19 * MM), 14, 1.0795, 0.926, 0.9, 0.5, 6 * 10**9))
+                   (5 * MM, 19 * MM), 14, 1.0795, 0.926, 0.9, 0.5, 6 * 10**9),
+        PrintVerdict.none(10**9))
 
 
 def vase_profile():

@@ -24,7 +24,8 @@ SCHEMA = pyarrow.schema([
     *((name, pyarrow.int64()) for name in COUNT_COLUMNS), ('captures', pyarrow.int64()),
     ('refused_captures', pyarrow.int64()), ('warnings', pyarrow.string()),
     *((name, pyarrow.float64()) for name in NUMBER_COLUMNS), ('print', pyarrow.int64()),
-    ('ooze_count', pyarrow.int64()), ('ooze_length_mm', pyarrow.float64())])
+    ('ooze_count', pyarrow.int64()), ('ooze_length_mm', pyarrow.float64()),
+    ('verdict', pyarrow.string()), ('defects', pyarrow.int64())])
 
 
 def row(name: str, out: Path, number: int, summary: dict[str, Any]) -> dict[str, Any]:
@@ -33,6 +34,8 @@ def row(name: str, out: Path, number: int, summary: dict[str, Any]) -> dict[str,
     return {'bag': name, 'exit_status': 0, 'reason': '', 'results': str(out),
             **{key: summary[key] for key in (
                 *TEXT_COLUMNS, *COUNT_COLUMNS, *NUMBER_COLUMNS, 'ooze_count', 'ooze_length_mm')},
+            'verdict': summary['verdict']['verdict'],
+            'defects': len(summary['verdict']['defects']),
             'print': number, 'captures': len(captures),
             'refused_captures': sum('refusal' in capture for capture in captures),
             'warnings': '; '.join(summary['warnings'])}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -17,8 +18,9 @@ from bpc_perception.cli.parts.options import (
     QuietOption,
     RemapOption,
 )
-from bpc_perception.cli.parts.result_table import ResultTable, show_layers
+from bpc_perception.cli.parts.result_table import ResultTable, show_layers, show_verdict
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
+from bpc_perception.core.inspection.verdict import PrintVerdict, Verdict
 from bpc_perception.display.wording import lost_in_words
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
@@ -27,6 +29,7 @@ from bpc_perception.report.outputs import check_figures
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
 from bpc_perception.report.result_folder import check_out, check_recording, replacing
+from bpc_perception.runtime.exit_status import NOT_ENOUGH_SEEN, NOT_GOOD
 from bpc_perception.runtime.ros_arguments import remappings
 
 
@@ -44,6 +47,9 @@ def measure(
         '--print', min=1, metavar='N', help='Report this print of the recording alone, from 1; '
         'else all, each in its own folder if there are several.')] = None,
     figures: FiguresOption = False,
+    verdict: Annotated[bool, typer.Option(
+        '--verdict', help='Exit with 3 if a reported print is not good, with 4 if too little of '
+        'one is seen.')] = False,
     remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
@@ -71,11 +77,23 @@ def measure(
     for result in results.reported:
         if result.profile is not None:
             show_layers(terminal, result.profile)
+        if result.verdict is not None:
+            show_verdict(terminal, result.verdict)
     for warning in dict.fromkeys(text for result in results.reported for text in (
             result.warning, lost_in_words(result.profile) if result.profile else '')):
         if warning:
             terminal.warn(warning)
     terminal.files([out / file for file in files])
+    if verdict:
+        raise typer.Exit(verdict_status(result.verdict for result in results.reported))
+
+
+def verdict_status(verdicts: Iterable[PrintVerdict | None]) -> int:
+    """Return the exit status that tells whether all prints are good."""
+    found = {each.verdict for each in verdicts if each is not None}
+    if Verdict.FAIL in found:
+        return NOT_GOOD
+    return NOT_ENOUGH_SEEN if Verdict.NOT_ENOUGH_SEEN in found else 0
 
 
 def check_capture(bag: Path, wanted: int | None, count: int | None) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 import os
 from pathlib import Path
@@ -145,7 +145,7 @@ def play(playback: Playback, terminal: Terminal, page: bool) -> tuple[Monitor, b
                     loop=player.loop, remap=player.remap, use_sim_time=False)
         monitor.spin_until(lambda: nodes.ended('bag_player'),
                            check=lambda: nodes.check('bag_player'))
-        monitor.spin_until(lambda: playback.stamps_ns[-1] in monitor.advice,
+        monitor.spin_until(lambda: monitor.has(playback.stamps_ns[-1]),
                            LAST_RESULTS_TIMEOUT_S)
         complete = True
     return monitor, complete
@@ -163,18 +163,18 @@ def start_measuring_nodes(nodes: Nodes, playback: Playback) -> None:
 
 
 def count_up_to_last_result(monitor: Monitor, stamps_ns: list[int]) -> int:
-    """Return the number of captures up to the last one that has a profile and an advice."""
+    """Return the number of captures up to the last one that has all its results."""
     return max((number for number, stamp_ns in enumerate(stamps_ns, 1)
-                if stamp_ns in monitor.profiles and stamp_ns in monitor.advice), default=0)
+                if monitor.has(stamp_ns)), default=0)
 
 
 def live_results(monitor: Monitor, recording: inputs.Inputs) -> Iterator[Result]:
     """Yield the live results in order, each with its recorded capture and the camera's pose."""
     for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,
                               recording.recorder):
-        profile = monitor.profiles.get(result.capture.stamp_ns)
-        advice = monitor.advice.get(result.capture.stamp_ns)
-        if profile is None or advice is None:  # Ctrl-C may come between the two
-            profile, advice = None, None
-        yield Result(result.capture, result.T_base_camera, profile, advice,
-                     result.refusal or 'no profile came')
+        stamp_ns = result.capture.stamp_ns
+        yield (replace(result, profile=monitor.profiles[stamp_ns], advice=monitor.advice[stamp_ns],
+                       verdict=monitor.verdicts[stamp_ns], warning='')
+               if monitor.has(stamp_ns) else  # Ctrl-C may come between them
+               Result(result.capture, result.T_base_camera,
+                      refusal=result.refusal or 'no profile came'))

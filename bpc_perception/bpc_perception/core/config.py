@@ -111,6 +111,39 @@ class AdviceConfig(Config):
 
 
 @dataclass(frozen=True)
+class ToleranceConfig(Config):
+    """How far a print may be off, before it is not good; 0 = not judged."""
+
+    width: Annotated[float, Parameter(
+        'How far a width may be off its target, per the target; 0 = not judged', '', 0, 10)
+    ] = 0.15
+    target_height: Annotated[float, Parameter(
+        'Height wanted; 0 = none set, heights are not judged', 'm', 0, LARGEST_TARGET_M)] = 0.0
+    height: Annotated[float, Parameter(
+        'How far a height may be off its target, per the target; 0 = not judged', '', 0, 10)
+    ] = 0.25
+    offset: Annotated[float, Parameter(
+        "How far the bead's middle may lie beside the path, per the width wanted; 0 = not judged",
+        '', 0, 10)] = 0.25
+    gap_length: Annotated[float, Parameter(
+        'Longest gap allowed; 0 = not judged', 'm', 0, 1)] = 0.002
+    neck: Annotated[float, Parameter(
+        'How much narrower than around it a bead may be, per its width; 0 = not judged', '', 0, 1)
+    ] = 0.3
+    ooze_length: Annotated[float, Parameter(
+        'Longest ink on travel allowed; 0 = not judged', 'm', 0, 1)] = 0.002
+    missing_strokes: Annotated[bool, Parameter(
+        'Whether strokes without ink are looked for')] = True
+    samples: Annotated[int, Parameter(
+        'So many samples in a row are a defect, where each is out of its band', '', 1, 1000)] = 5
+    ends: Annotated[float, Parameter(
+        'At each end of a stroke so much is not judged by width, height and offset', 'm', 0, 1)
+    ] = 0.002
+    coverage: Annotated[float, Parameter(
+        'Least share of a stroke that has to be seen for it to pass', '', 0, 1)] = 0.8
+
+
+@dataclass(frozen=True)
 class PathConfig(Config):
     """From poses and extruder states to the path of a print."""
 
@@ -249,6 +282,7 @@ class ThicknessConfig(Config):
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
+    tolerance: ToleranceConfig = field(default_factory=ToleranceConfig)
     watch: WatchConfig = field(default_factory=WatchConfig)
     process: ProcessConfig = field(default_factory=ProcessConfig)
 

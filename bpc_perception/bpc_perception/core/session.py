@@ -16,6 +16,7 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.capture.exposure import around, Exposure
 from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.geometry import invert, transform
+from bpc_perception.core.inspection.verdict import judge, PrintVerdict
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.ground import Ground
 from bpc_perception.core.measurement.measure import (
@@ -184,6 +185,7 @@ class Session:
             advice = self._advisor.advise(
                 profile, path, self.config.advice, Reason.EXTRUDER_FAULT if extruder else
                 Reason.PATH_OFFSET if off_path else None)
+            verdict = self._judge(profile, path, capture.stamp_ns)
             # Without strokes ink seems to lie anywhere; beside its path, to be of another print.
             warnings = (extruder or off_path or self._ground.warning,
                         overexposed(capture, T_base_camera, profile),
@@ -201,8 +203,15 @@ class Session:
                           refusal=f'measurement: expected a result, found {error!r}'
                                   '; please report it with the log')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
-        return Result(capture, T_base_camera, profile, advice,
+        return Result(capture, T_base_camera, profile, advice, verdict,
                       warning='; '.join(filter(None, warnings)))
+
+    def _judge(self, profile: ThicknessProfile, path: DepositionPath,
+               stamp_ns: int) -> PrintVerdict:
+        """Judge what is known of a print; it ended where all of its path was laid by then."""
+        targets = WidthTargets.wanted(self._targets, self.config.advice.target_thickness)
+        ended = path.finished and len(path.until(stamp_ns)) == len(path)
+        return judge(profile, targets, self.config.tolerance, ended)
 
 
 def just_begun(capture: Capture, path: DepositionPath) -> bool:

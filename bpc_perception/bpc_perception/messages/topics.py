@@ -15,6 +15,7 @@ from visualization_msgs.msg import MarkerArray
 from bpc_interfaces.msg import (
     DepositionPath,
     ExtrusionState,
+    PrintVerdict,
     RateAdvice,
     ThicknessProfile,
     ThicknessProfileUpdate,
@@ -33,13 +34,14 @@ POSES = *ROBOT, LBR_STATE
 PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
-PROFILE, ADVICE = 'thickness_profile', 'rate_advice'
+PROFILE, ADVICE, VERDICT = 'thickness_profile', 'rate_advice', 'print_verdict'
 PROFILE_UPDATE = 'thickness_profile/update'  # what changed in a long PROFILE
 SEND_PROFILE = 'thickness/send_profile'  # service: publish the whole
 MARKERS, OVERLAY = 'thickness/markers', 'thickness/overlay'
 WIDTH, DEVIATION = 'thickness/width', 'thickness/deviation'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
                            PROFILE_UPDATE: ThicknessProfileUpdate, ADVICE: RateAdvice,
+                           VERDICT: PrintVerdict,
                            '/diagnostics': DiagnosticArray}
 
 # For people; made only while someone subscribes.

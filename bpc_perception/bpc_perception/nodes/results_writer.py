@@ -15,7 +15,7 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
-from bpc_interfaces.msg import RateAdvice
+from bpc_interfaces.msg import PrintVerdict, RateAdvice
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import PinholeCamera
 from bpc_perception.core.config import RecorderConfig, ResultsWriterConfig, ThicknessConfig
@@ -29,6 +29,7 @@ from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import camera_from_info, image_to_rgb
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
+from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.recording.print_folder import RECORDING
@@ -65,12 +66,14 @@ class ResultsWriterNode(Node):
         self._images: dict[int, Image] = {}
         self._profiles: dict[int, ThicknessProfile] = {}
         self._advice: dict[int, RateAdvice] = {}
+        self._verdicts: dict[int, PrintVerdict] = {}
         self._camera: PinholeCamera | None = None
         self._poses = PoseBuffer()
         self._diagnostics = Diagnostics(self)
         for kind, topic, qos, waiting in (
                 (Image, topics.IMAGE, IMAGE_QOS, self._images),
-                (RateAdvice, topics.ADVICE, topics.RESULT_QOS, self._advice)):
+                (RateAdvice, topics.ADVICE, topics.RESULT_QOS, self._advice),
+                (PrintVerdict, topics.VERDICT, topics.RESULT_QOS, self._verdicts)):
             self.create_subscription(kind, topic, partial(self._on_message, waiting), qos)
         ProfileFollower(self, self._on_profile, self._diagnostics.refuse)
         self.create_subscription(CameraInfo, topics.CAMERA_INFO, self._on_info,
@@ -122,14 +125,15 @@ class ResultsWriterNode(Node):
 
     def _take(self) -> None:
         """Take the results whose profile, advice and image have come."""
-        for stamp_ns in sorted(self._profiles.keys() & self._advice.keys() & self._images.keys()):
+        all_parts = self._images, self._profiles, self._advice, self._verdicts
+        for stamp_ns in sorted(set.intersection(*map(set, all_parts))):
             if self._camera is None:
                 return
             try:
                 self._add(stamp_ns, self._camera)
             except (ValueError, MemoryError) as error:  # also what does not convert
                 self._diagnostics.refuse(in_words(error))
-            for waiting in (self._profiles, self._advice, self._images):
+            for waiting in all_parts:
                 for older in [each for each in waiting if each <= stamp_ns]:
                     del waiting[older]
 
@@ -137,12 +141,13 @@ class ResultsWriterNode(Node):
         profile = self._profiles[stamp_ns]
         advice = advice_from_message(self._advice[stamp_ns])
         if self._results.begins_with(profile.print_id):
-            self.write()  # what is left of the print before
+            self.end()  # of the print before
         capture = seen(stamp_ns, image_to_rgb(self._images[stamp_ns]), camera)
         T_base_camera = self._hand_eye.camera_pose(self._poses, stamp_ns,
                                                    self._thickness.maximum_pose_gap)
         self._results.add(profile, Result(
             capture, T_base_camera, profile, advice,
+            verdict_from_message(self._verdicts[stamp_ns]),
             warning=profile.off_path(self._thickness.maximum_offset)))
         self._diagnostics.count('results')
 
@@ -165,6 +170,12 @@ class ResultsWriterNode(Node):
                                      'written to')
         self._written = time.monotonic()
 
+    def end(self) -> None:
+        """Write what is left of a print of which nothing more comes."""
+        if self._results.print_id:
+            self._results.end()
+            self.write()
+
     def finish(self) -> None:
         """Take what is still under way, and write it."""
         self._timer.cancel()  # to write takes longer than the last results are waited for
@@ -174,7 +185,7 @@ class ResultsWriterNode(Node):
         executor.add_node(self)
         while time.monotonic() < min(self._heard + UNDER_WAY_S, end):
             executor.spin_once(timeout_sec=UNDER_WAY_S / 10)
-        self.write()
+        self.end()
 
 
 def main() -> None:

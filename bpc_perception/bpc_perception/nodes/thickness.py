@@ -10,18 +10,21 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
+from bpc_interfaces.msg import PrintVerdict as PrintVerdictMsg, RateAdvice as RateAdviceMsg
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.path.deposition_path import DepositionPath
+from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Session
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.nodes.parts.kept_setup import KeptSetup
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
@@ -60,6 +63,7 @@ class ThicknessNode(Node):
         self._frame = config.base_frame
         self._profiles = ProfilePublisher(self, self._frame)
         self._advice = self.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
+        self._verdicts = self.create_publisher(PrintVerdictMsg, topics.VERDICT, topics.RESULT_QOS)
         self._views = Views(self, self._frame)
         self._ended = ''  # identifier of the print, once it ended
         for name, kind in topics.CAMERA.items() if camera_topics else ():
@@ -127,7 +131,7 @@ class ThicknessNode(Node):
 
     def _measure(self) -> None:
         for result in self._session.results(time.monotonic_ns()):
-            if result.profile is None or result.advice is None:
+            if result.profile is None or result.advice is None or result.verdict is None:
                 if result.premature:
                     self._diagnostics.count(BEFORE_PRINT)
                     self._diagnostics.wait_for(result.refusal)
@@ -136,6 +140,7 @@ class ThicknessNode(Node):
                 continue
             self._profiles.publish(result.profile, self._config.value.longest_whole_profile)
             self._advice.publish(advice_to_message(result.advice))
+            self._verdicts.publish(verdict_to_message(result.verdict, result.profile, self._frame))
             self._diagnostics.count('profiles')
             try:
                 self._views.publish(result, self._config.value.overlay_layer)
@@ -172,6 +177,8 @@ class ThicknessNode(Node):
             now_ns = self._now_ns()
             self._profiles.clear(now_ns)
             self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
+            self._verdicts.publish(verdict_to_message(
+                PrintVerdict.none(now_ns), ThicknessProfile.none(now_ns), self._frame))
             self._views.clear()
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.wording import ALARMS, REASONS
 
@@ -105,7 +106,7 @@ class Board:
 
     Attributes:
         now_ns: the node's clock [ns], which a recording may slow down or stop.
-        profile, advice, overlay, target: None until there is one.
+        profile, advice, verdict, overlay, target: None until there is one.
         nodes: what each node said last, by name.
         events: the newest first.
     """
@@ -119,13 +120,14 @@ class Board:
         """Forget the print."""
         self.profile: ThicknessProfile | None = None
         self.advice: RateAdvice | None = None
+        self.verdict: PrintVerdict | None = None
         self.overlay: Overlay | None = None
         self.target: TargetBand | None = None
         self.events: tuple[Event, ...] = ()
 
     def forget_print(self) -> None:
         """Show no print any more; what happened to it can still be read."""
-        self.profile = self.advice = self.overlay = None
+        self.profile = self.advice = self.verdict = self.overlay = None
 
     def advise(self, advice: RateAdvice) -> None:
         """Take new advice; an alarm is an event, counted while it lasts."""

@@ -51,11 +51,13 @@ class View:
             self._show_profile()
         if self._is_new('overlay', board.overlay):
             self._overlay.show(board.overlay)
+        if self._is_new('verdict', board.verdict):
+            self._header.show_verdict(board.verdict)
         nodes = board.health()
         if self._is_new('nodes', nodes):
             self._nodes.show(nodes)
-        if self._is_new('events', (board.events, board.profile)):
-            self._events.show(board.events, board.profile)
+        if self._is_new('events', (board.events, board.profile, board.verdict)):
+            self._events.show(board.events, board.profile, board.verdict)
 
     def _is_new(self, part: str, state: object) -> bool:
         """Return whether a part of the page was not made from this state, and note the state."""

@@ -55,9 +55,8 @@ def kept_beside(hand_eye: str, parameters: str) -> dict[str, bytes]:
 
 def targets_of(advice: AdviceConfig) -> WidthTargets | None:
     """Return the target thickness along the path; None = no target. Raises OSError, ValueError."""
-    if advice.target_file:
-        return WidthTargets.read(advice.target_file)
-    return WidthTargets.constant(advice.target_thickness) if advice.target_thickness else None
+    table = WidthTargets.read(advice.target_file) if advice.target_file else None
+    return WidthTargets.wanted(table, advice.target_thickness)
 
 
 def load(bag: Path, hand_eye: Path | None, parameters: Path | None,

@@ -11,6 +11,7 @@ import numpy as np
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.amounts import Amount, amount_of
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.display.units import MM_PER_M, NS_PER_S, UL_PER_M3
@@ -57,6 +58,21 @@ def stroke_entries(profile: ThicknessProfile) -> list[dict[str, Any]]:
                         'layer': int(np.bincount(profile.layer[own]).argmax()),
                         **amount_entry(amount_of(profile, own))})
     return entries
+
+
+def verdict_entry(verdict: PrintVerdict) -> dict[str, Any]:
+    """Return the entry of a verdict, with its defects."""
+    return {
+        'verdict': verdict.verdict.name, 'ended': verdict.ended,
+        'judged': sorted(kind.name for kind in verdict.judged),
+        'strokes': [{'stroke': each.number, 'layer': each.layer, 'verdict': each.verdict.name,
+                     'seen': each.seen} for each in verdict.strokes],
+        'layers': [{'layer': each.number, 'verdict': each.verdict.name, 'seen': each.seen}
+                   for each in verdict.layers],
+        'defects': [{'kind': each.kind.name, 'stroke': each.stroke, 'layer': each.layer,
+                     'start_mm': each.start * MM_PER_M, 'end_mm': each.end * MM_PER_M,
+                     'worst_mm': each.worst * MM_PER_M, 'limit_mm': each.limit * MM_PER_M,
+                     'samples': each.samples} for each in verdict.defects]}
 
 
 def layer_entries(profile: ThicknessProfile) -> list[dict[str, Any]]:

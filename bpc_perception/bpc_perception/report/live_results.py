@@ -58,6 +58,11 @@ class LiveResults:
         self._log.add(result)
         self.changed = True
 
+    def end(self) -> None:
+        """Take note that nothing more of the newest print comes, for now."""
+        self._log.end()
+        self.changed = True
+
     def write(self, provenance: Provenance) -> list[Path]:
         """Write profile.csv, summary.json and report.html; return their paths.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from bpc_perception.core.result import Result
@@ -57,6 +57,12 @@ class PrintLog:
             self.reported, self.place = result, len(self.entries)
         self.entries.append(result_entry(result))
         self.thumbnails.add(result)
+
+    def end(self) -> None:
+        """Take note that nothing more of the print comes."""
+        result = self.reported
+        if result is not None and result.verdict is not None:
+            self.reported = replace(result, verdict=result.verdict.at_its_end())
 
     @property
     def refusals(self) -> list[str]:

@@ -124,6 +124,8 @@ class PrintResults:
             self._missing += log.numbers
             return
         log.warnings = list(self._warnings())
+        if self._wanted.capture is None:
+            log.end()
         write_outputs(self._place(), log, self._provenance, self._wanted.figures)
         summary = read_summary(self._place())
         self._written.append({'print': self.number, 'folder': self._place().name, **summary})

@@ -13,6 +13,7 @@ from bpc_perception.report.entries import (
     amount_entry,
     layer_entries,
     stroke_entries,
+    verdict_entry,
 )
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
@@ -26,10 +27,12 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
     profile = result.profile
     assert profile is not None
     assert result.advice is not None
+    assert result.verdict is not None
     statistics = profile.summary
     evenness = uniformity(profile, provenance.targets)
     content = {
         **log.entries[log.place],
+        'verdict': verdict_entry(result.verdict),
         'method': profile.method,
         'thickness_q1_mm': statistics.thickness_q1 * MM_PER_M,
         'thickness_median_mm': statistics.thickness_median * MM_PER_M,

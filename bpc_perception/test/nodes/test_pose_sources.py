@@ -87,11 +87,14 @@ class Rig:
         """Send the poses of three seconds; return the path."""
         self.extruder.publish(extrusion(0.0))
         self.graph.spin_until(lambda: self.paths)
-        for number, time in enumerate(TIMES.tolist()):
-            if number % 2:  # none is much behind the other, however busy the machine is
+        # Half a second at a time: none is far behind the other, however busy the machine is.
+        for times in np.split(TIMES, 6):
+            for time in times.tolist():
                 self.extruder.publish(extrusion(time))
-            publish(time)
-        self.graph.spin_until(lambda: self.paths[-1].complete_until > 2.8)
+                publish(time)
+            reached = times[-1] - 0.2
+            self.graph.spin_until(
+                lambda reached=reached: self.paths[-1].complete_until > reached)
         return self.paths[-1]
 
 

@@ -10,6 +10,8 @@ from report_prints import START_NS, strand_result, vase_profile
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.inspection.defects import Defect, DefectKind
+from bpc_perception.core.inspection.verdict import PartVerdict, PrintVerdict, Verdict
 from bpc_perception.core.result import Result
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
@@ -49,10 +51,20 @@ def capture(profile):
 
 
 @pytest.fixture
-def results(capture, profile, advice):
+def verdict(profile):
+    """One stroke with one gap."""
+    return PrintVerdict(
+        profile.stamp_ns, 'vase', False, Verdict.FAIL, (PartVerdict(1, 0, Verdict.FAIL, 0.75),),
+        (PartVerdict(0, 0, Verdict.FAIL, 0.75),),
+        (Defect(DefectKind.GAP, 1, 0, 0.5 * MM, 1.5 * MM, 1 * MM, 0.8 * MM, 1),),
+        frozenset((DefectKind.GAP, DefectKind.OOZE)), 0.8)
+
+
+@pytest.fixture
+def results(capture, profile, advice, verdict):
     """A capture too early, one measured, one refused."""
     return [Result(replace(capture, stamp_ns=START_NS - 1), refusal='path: none started'),
-            Result(capture, np.eye(4), profile, advice),
+            Result(capture, np.eye(4), profile, advice, verdict),
             Result(replace(capture, stamp_ns=START_NS + 11 * 10**9), refusal='no deposit')]
 
 

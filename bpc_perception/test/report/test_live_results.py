@@ -17,12 +17,13 @@ NAMES = ['profile.csv', 'report.html', 'summary.json']
 
 
 @pytest.fixture
-def capture_of(capture, profile, advice):
+def capture_of(capture, profile, advice, verdict):
     """A function that returns profile and result of a capture of a print."""
     def make(print_id, number):
         own = replace(profile, print_id=print_id, capture=number)
         picture = seen(capture.stamp_ns, capture.image, capture.camera)
-        return own, Result(picture, np.eye(4), own, replace(advice, print_id=print_id))
+        return own, Result(picture, np.eye(4), own, replace(advice, print_id=print_id),
+                           replace(verdict, print_id=print_id))
     return make
 
 

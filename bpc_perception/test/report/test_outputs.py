@@ -43,6 +43,12 @@ def test_summary(tmp_path, log, provenance):
         'bag': 'prints/vase.mcap', 'hand_eye': 'cell.calib', 'versions': {'bpc': '0.1.0'},
         'settings': {'method': 'paper', 'advice.dead_band': 0.03, 'offset': [0.0, None]}}
     assert {key: summary[key] for key in expected} == expected
+    assert summary['verdict'] == {
+        'verdict': 'FAIL', 'ended': False, 'judged': ['GAP', 'OOZE'],
+        'strokes': [{'stroke': 1, 'layer': 0, 'verdict': 'FAIL', 'seen': 0.75}],
+        'layers': [{'layer': 0, 'verdict': 'FAIL', 'seen': 0.75}],
+        'defects': [{'kind': 'GAP', 'stroke': 1, 'layer': 0, 'start_mm': 0.5, 'end_mm': 1.5,
+                     'worst_mm': 1.0, 'limit_mm': 0.8, 'samples': 1}]}
     assert summary['gaps'] == [{'start_mm': 0.5, 'end_mm': 1.5}]
     assert summary['ooze'] == []
     unknown = dict.fromkeys(('height_mean_mm', 'area_mean_mm2', 'volume_mm3', 'volume_sigma_mm3',
@@ -89,6 +95,12 @@ def test_nothing_measured_is_null(tmp_path, results, provenance, profile, advice
     assert summary['offset_mean_mm'] is None
     assert summary['advice']['target_thickness_mm'] is None
     assert summary['coverage'] == 0.0
+    assert summary['verdict'] == {
+        'verdict': 'FAIL', 'ended': False, 'judged': ['GAP', 'OOZE'],
+        'strokes': [{'stroke': 1, 'layer': 0, 'verdict': 'FAIL', 'seen': 0.75}],
+        'layers': [{'layer': 0, 'verdict': 'FAIL', 'seen': 0.75}],
+        'defects': [{'kind': 'GAP', 'stroke': 1, 'layer': 0, 'start_mm': 0.5, 'end_mm': 1.5,
+                     'worst_mm': 1.0, 'limit_mm': 0.8, 'samples': 1}]}
     assert summary['gaps'] == []
     (stroke,) = summary['strokes']
     assert stroke['ink_start_mm'] is stroke['end_lag_mm'] is None

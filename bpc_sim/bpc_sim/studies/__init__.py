@@ -14,6 +14,7 @@ from bpc_sim.studies.peers.study import PEERS
 from bpc_sim.studies.raytraced_study import RAYTRACED
 from bpc_sim.studies.stress_study import STRESS_SCENES
 from bpc_sim.studies.study_runner import Row, Study
+from bpc_sim.studies.verdicts.study import VERDICTS
 
 __all__ = ['STUDIES', 'Row', 'Study']
 
@@ -28,4 +29,5 @@ STUDIES: dict[str, Study[Any, Any]] = {
     'misfortunes': MISFORTUNE_SEARCH,
     'layers': LAYERS,
     'raytraced': RAYTRACED,
+    'verdicts': VERDICTS,
 }

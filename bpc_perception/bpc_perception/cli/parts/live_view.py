@@ -9,6 +9,7 @@ from rich.console import Group
 from rich.text import Text
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.inspection.verdict import PrintVerdict, Verdict
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.legend import (
     as_shown,
@@ -17,16 +18,21 @@ from bpc_perception.display.legend import (
     STATUS_SIGNS,
 )
 from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.verdict_words import verdict_in_words
 from bpc_perception.display.wording import advice_in_a_line, label
 
+VERDICT_COLOURS = {Verdict.PASS: 'green', Verdict.FAIL: 'bold red', Verdict.NOT_ENOUGH_SEEN: ''}
 BLOCKS = '▁▂▃▄▅▆▇█'
 
 
-def view(profile: ThicknessProfile, advice: RateAdvice, width: int, age: float) -> Group:
-    """Return three lines of ``width`` letters about a capture that came ``age`` [s] ago."""
+def view(profile: ThicknessProfile, advice: RateAdvice, verdict: PrintVerdict, width: int,
+         age: float) -> Group:
+    """Return lines of ``width`` letters about a capture that came ``age`` [s] ago."""
     return Group(
         profile_line(profile, advice, width),
         Text(_numbers(profile, advice)),
+        Text(f'print {verdict_in_words(verdict)}',
+             VERDICT_COLOURS[verdict.verdict]),
         Text(f'{advice_in_a_line(advice)};  capture {profile.capture}, {age:.0f} s ago'))
 
 

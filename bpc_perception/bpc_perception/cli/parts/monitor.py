@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rich.console import RenderableType
 
-from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
+from bpc_interfaces.msg import PrintVerdict as PrintVerdictMsg, RateAdvice as RateAdviceMsg
 from bpc_perception.claims import domain
 from bpc_perception.cli.parts.live_view import view
 from bpc_perception.cli.parts.patient_output import patient_output
@@ -23,11 +23,13 @@ from bpc_perception.cli.parts.recent_warnings import RecentWarnings
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile
@@ -46,8 +48,8 @@ class Monitor:
 
     Attributes:
         node: that listens.
-        profiles, advice: by stamp of the capture, in order of arrival; the newest ``keep``, or
-            all of them.
+        profiles, advice, verdicts: by stamp of the capture, in order of arrival; the newest
+            ``keep``, or all of them.
         print_ids: of the prints that were measured, in order.
         checks: called again and again while messages are handled; an error ends it all.
     """
@@ -57,6 +59,7 @@ class Monitor:
         self.node = node
         self.profiles: dict[int, ThicknessProfile] = {}
         self.advice: dict[int, RateAdvice] = {}
+        self.verdicts: dict[int, PrintVerdict] = {}
         self._keep = keep
         self._executor = executor
         self._terminal = terminal
@@ -68,6 +71,8 @@ class Monitor:
         self._interrupted = False
         ProfileFollower(node, self._on_profile, self._refuse)
         node.create_subscription(RateAdviceMsg, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
+        node.create_subscription(
+            PrintVerdictMsg, topics.VERDICT, self._on_verdict, topics.RESULT_QOS)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
     @property
@@ -130,11 +135,16 @@ class Monitor:
         return set(names) <= set(self.node.get_node_names())
 
     def hears_results(self) -> bool:
-        """Return whether profiles and advice have a publisher.
+        """Return whether all results have a publisher.
 
         A node is known by name before its publishers are: its first result would be missed.
         """
-        return all(self.publishers(name) for name in (topics.PROFILE, topics.ADVICE))
+        return all(self.publishers(name)
+                   for name in (topics.PROFILE, topics.ADVICE, topics.VERDICT))
+
+    def has(self, stamp_ns: int) -> bool:
+        """Return whether all results of a capture have come."""
+        return all(stamp_ns in each for each in (self.profiles, self.advice, self.verdicts))
 
     def _on_profile(self, profile: ThicknessProfile) -> None:
         if not profile.print_id:
@@ -145,12 +155,13 @@ class Monitor:
         if profile.print_id not in self.print_ids:
             self.print_ids.append(profile.print_id)
         # When a recording loops there is advice of the round before.
-        self.advice.pop(profile.stamp_ns, None)
+        for others in (self.advice, self.verdicts):
+            others.pop(profile.stamp_ns, None)
         self._show(profile.stamp_ns)
         if self._keep is not None:
             for stamp_ns in list(self.profiles)[:-self._keep]:
-                del self.profiles[stamp_ns]
-                self.advice.pop(stamp_ns, None)
+                for kept in (self.profiles, self.advice, self.verdicts):
+                    kept.pop(stamp_ns, None)
 
     def _on_advice(self, message: RateAdviceMsg) -> None:
         try:
@@ -163,22 +174,34 @@ class Monitor:
         self.advice[advice.stamp_ns] = advice
         self._show(advice.stamp_ns)
 
+    def _on_verdict(self, message: PrintVerdictMsg) -> None:
+        try:
+            verdict = verdict_from_message(message)
+        except ConversionError as error:
+            self._refuse(error)
+            return
+        if not verdict.print_id:
+            return
+        self.verdicts[verdict.stamp_ns] = verdict
+        self._show(verdict.stamp_ns)
+
     def _refuse(self, error: ConversionError) -> None:
         self._warn(f'{self.node.get_name()}: {error}')
 
     def _show(self, stamp_ns: int) -> None:
-        """Show a capture if both its profile and its advice have come."""
-        if stamp_ns in self.profiles and stamp_ns in self.advice:
-            self._table.add_profile(self.profiles[stamp_ns], self.advice[stamp_ns])
+        """Show a capture if all its results have come."""
+        if self.has(stamp_ns):
+            self._table.add_profile(self.profiles[stamp_ns], self.advice[stamp_ns],
+                                    self.verdicts[stamp_ns])
             self._shown = stamp_ns, time.monotonic()
 
     def _view(self) -> RenderableType:
         assert self._shown is not None
         stamp_ns, arrived = self._shown
-        if stamp_ns not in self.profiles or stamp_ns not in self.advice:
-            return ''  # profile and advice of the next capture are under way
-        return view(self.profiles[stamp_ns], self.advice[stamp_ns], self._terminal.width,
-                    time.monotonic() - arrived)
+        if not self.has(stamp_ns):
+            return ''  # results of the next capture are under way
+        return view(self.profiles[stamp_ns], self.advice[stamp_ns], self.verdicts[stamp_ns],
+                    self._terminal.width, time.monotonic() - arrived)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -10,11 +10,18 @@ from rich.table import Table
 
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.inspection.defects import DefectKind
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.display.plain_json import plain
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.verdict_words import (
+    defect_in_words,
+    place_in_words,
+    verdict_in_words,
+)
 from bpc_perception.display.wording import advice_in_a_line
 from bpc_perception.report.comparison import LAYER_COLUMNS
 from bpc_perception.report.entries import (
@@ -22,6 +29,7 @@ from bpc_perception.report.entries import (
     layer_entries,
     profile_entry,
     result_entry,
+    verdict_entry,
 )
 
 # What was changed since the first advice of the print, as far as it is heard, is under "printer".
@@ -37,20 +45,23 @@ class ResultTable:
         self._headed = False
         self._print_id = ''
         self._first: dict[str, float] = {}  # rates in force, of the print
+        self._told: set[tuple[DefectKind, int]] = set()  # kind and stroke of defects
 
     def add(self, result: Result) -> None:
         """Show what came of a capture."""
-        if result.profile is None or result.advice is None:
+        if result.profile is None or result.advice is None or result.verdict is None:
             self._emit(('-', '', '', '', '', '', f'refused: {one_line(result.refusal)}'),
                        **result_entry(result))
             return
-        self.add_profile(result.profile, result.advice)
+        self.add_profile(result.profile, result.advice, result.verdict)
 
-    def add_profile(self, profile: ThicknessProfile, advice: RateAdvice) -> None:
-        """Show a profile and the advice that came of it; say where another print begins."""
+    def add_profile(self, profile: ThicknessProfile, advice: RateAdvice,
+                    verdict: PrintVerdict) -> None:
+        """Show a profile and what came of it; say where another print begins."""
         if self._print_id and profile.print_id != self._print_id:
             self._terminal.say(f'print {one_line(profile.print_id)}')
             self._first.clear()
+            self._told.clear()
         self._print_id = profile.print_id
         summary = profile.summary
         length_mm = float(np.diff(profile.strokes.commanded).sum()) * MM_PER_M
@@ -60,7 +71,16 @@ class ResultTable:
         gaps = f'{summary.gap_count} ({summary.gap_length * MM_PER_M:.1f} mm)'
         self._emit((str(profile.capture), f'{length_mm:.1f}', f'{summary.coverage:.0%}', thickness,
                     gaps, self._changed(advice), advice_in_a_line(advice)),
-                   **profile_entry(profile), advice=advice_entry(advice))
+                   **profile_entry(profile), advice=advice_entry(advice),
+                   verdict=verdict_entry(verdict))
+        self._tell_defects(verdict)
+
+    def _tell_defects(self, verdict: PrintVerdict) -> None:
+        """Say each defect once, when it is found: as it grows it is no other."""
+        for defect in verdict.defects:
+            if (defect.kind, defect.stroke) not in self._told:
+                self._told.add((defect.kind, defect.stroke))
+                self._terminal.say(f'  {defect_in_words(defect)} ({place_in_words(defect)})')
 
     def _changed(self, advice: RateAdvice) -> str:
         """Return the rates in force, relative to the first of the print that are known."""
@@ -80,6 +100,12 @@ class ResultTable:
 def _line(cells: tuple[str, ...]) -> str:
     return '  '.join(
         f'{cell:<{width}}' for cell, width in zip(cells, COLUMN_WIDTHS, strict=True)).rstrip()
+
+
+def show_verdict(terminal: Terminal, verdict: PrintVerdict) -> None:
+    """Say whether a print is good."""
+    terminal.emit('verdict', f'{one_line(verdict.print_id)}: {verdict_in_words(verdict)}',
+                  print_id=verdict.print_id, **verdict_entry(verdict))
 
 
 def show_layers(terminal: Terminal, profile: ThicknessProfile) -> None:

@@ -54,6 +54,11 @@ class WidthTargets:
                              f'found {outside[0]:g}; are they in millimetres?')
         return cls(arc_length, thickness)
 
+    @classmethod
+    def wanted(cls, table: WidthTargets | None, thickness: float) -> WidthTargets | None:
+        """Return a table, else the same thickness [m] everywhere; None where that is 0."""
+        return table or (cls.constant(thickness) if thickness else None)
+
     def at(self, arc_length: Array | float) -> Array:
         """Return the thickness (...) at these arc lengths (...) [m]."""
         return np.asarray(np.interp(arc_length, self.arc_length, self.thickness))

@@ -1,4 +1,4 @@
-"""The top of the page: which print, which capture, and the buttons."""
+"""The top of the page: which print, whether it is good, which capture, and the buttons."""
 
 from __future__ import annotations
 
@@ -6,8 +6,11 @@ from collections.abc import Awaitable, Callable
 
 from nicegui import ui
 
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.verdict_words import TONES, verdict_in_words
+from bpc_perception.page import elements
 
 BUTTONS = {'capture': 'Capture', 'start': 'Start', 'stop': 'Stop', 'save': 'Save'}
 QUESTIONS = {
@@ -17,7 +20,7 @@ Act = Callable[[str], Awaitable[tuple[bool, str]]]
 
 
 class Header:
-    """Print, capture and buttons.
+    """Print, verdict, capture and buttons.
 
     Args:
         act: does what a button says and returns whether it was done, and in words; None = no
@@ -28,6 +31,7 @@ class Header:
         self._act = act
         with ui.element('header').classes('area-top'):
             self._print = ui.label().classes('print')
+            self._verdict = ui.label().classes('verdict').props('role=status')
             self._capture = ui.label().classes('quiet capture')
             if act is not None:
                 with ui.element('div').classes('actions'):
@@ -48,6 +52,13 @@ class Header:
         done, words = await self._act(name)
         ui.notify(f'{BUTTONS[name]}: {words}', type='positive' if done else 'negative',
                   position='top', multi_line=True, classes='outcome')
+
+    def show_verdict(self, verdict: PrintVerdict | None) -> None:
+        """Show whether the print is good; None = nothing is known yet."""
+        self._verdict.set_visibility(verdict is not None)
+        if verdict is not None:
+            self._verdict.set_text(verdict_in_words(verdict))
+            elements.set_tone(self._verdict, TONES[verdict.verdict])
 
     def show(self, profile: ThicknessProfile | None) -> None:
         """Show a profile; None = there is none yet."""

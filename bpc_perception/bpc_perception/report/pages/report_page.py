@@ -5,10 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.verdict_words import (
+    defect_in_words,
+    NAMES,
+    not_judged,
+    place_in_words,
+    TONES,
+    verdict_in_words,
+)
 from bpc_perception.display.wording import (
     advice_in_words,
     cause_counts,
@@ -38,6 +47,7 @@ def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None 
     profile, advice = result.profile, result.advice
     assert profile is not None
     assert advice is not None
+    assert result.verdict is not None
     frames = capture_frames(log)
     return page(
         'report.html.j2',
@@ -47,7 +57,8 @@ def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None 
          'offset': offset_figure(profile),
          'map': map_figure(profile, targets),
          'histogram': histogram_figure(profile, targets)},
-        summary=summary, advice_words=advice_in_words(advice),
+        summary=summary, **verdict_content(result.verdict),
+        advice_words=advice_in_words(advice),
         statuses=[(status.name, label(status), STATUS_COLOURS[status], MEANINGS[status])
                   for status in Status],
         causes=[(*CAUSES[cause], count) for cause, count in cause_counts(profile).items()],
@@ -56,6 +67,14 @@ def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None 
         reference='median' if targets is None else 'target',
         frames=frames, shown=next(number for number, frame in enumerate(frames)
                                   if not frame['source']))
+
+
+def verdict_content(verdict: PrintVerdict) -> dict[str, Any]:
+    """Return what the page says of the verdict."""
+    return {'verdict': verdict, 'verdict_words': verdict_in_words(verdict),
+            'not_judged': not_judged(verdict), 'names': NAMES, 'tones': TONES,
+            'defects': [(place_in_words(each), defect_in_words(each), each.layer, each.samples)
+                        for each in verdict.defects]}
 
 
 def layer_choices(profile: ThicknessProfile) -> list[dict[str, Any]]:

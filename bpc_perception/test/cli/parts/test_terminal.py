@@ -12,13 +12,14 @@ from bpc_perception.cli import compare
 from bpc_perception.cli.app import refuse
 from bpc_perception.cli.parts.result_table import ResultTable, show_layers
 from bpc_perception.cli.parts.terminal import show_held_warnings, Terminal
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.report import comparison
 from bpc_perception.runtime.held_warnings import HeldWarnings
 
 
 def test_people_get_lines(capsys, profile, advice):
     terminal = Terminal()
-    ResultTable(terminal).add_profile(profile, advice)
+    ResultTable(terminal).add_profile(profile, advice, PrintVerdict.none(0))
     terminal.warn('look here')
     said = capsys.readouterr()
     head, line = said.out.splitlines()
@@ -30,9 +31,10 @@ def test_people_get_lines(capsys, profile, advice):
 def test_what_others_wrote_moves_no_cursor(tmp_path, capsys, profile, advice):
     terminal, odd = Terminal(), tmp_path / os.fsdecode(b'vase-\xff\x1b[2J')
     table = ResultTable(terminal)
-    table.add_profile(profile, advice)
+    table.add_profile(profile, advice, PrintVerdict.none(0))
     capsys.readouterr()
-    table.add_profile(replace(profile, print_id='a\nb\x1b]0;x\x07'), advice)
+    table.add_profile(replace(profile, print_id='a\nb\x1b]0;x\x07'), advice,
+                      PrintVerdict.none(0))
     terminal.warn('topic\x1b[1m\nOK')
     terminal.say('a:warning:b')
     terminal.files([odd])
@@ -50,7 +52,7 @@ def test_what_others_wrote_moves_no_cursor(tmp_path, capsys, profile, advice):
 
 def test_scripts_get_an_object_a_line(capsys, profile, advice):
     terminal = Terminal(json_lines=True)
-    ResultTable(terminal).add_profile(profile, advice)
+    ResultTable(terminal).add_profile(profile, advice, PrintVerdict.none(0))
     terminal.say('for people')
     terminal.warn('look here')
     with terminal.progress('work', 3) as advance, terminal.view():
@@ -84,7 +86,7 @@ def test_layers_get_a_line_each(capsys, profile):
 
 def test_nobody_gets_nothing(capsys, profile, advice):
     terminal = Terminal(quiet=True)
-    ResultTable(terminal).add_profile(profile, advice)
+    ResultTable(terminal).add_profile(profile, advice, PrintVerdict.none(0))
     terminal.warn('look here')
     with terminal.progress('work', 3) as advance:
         advance()

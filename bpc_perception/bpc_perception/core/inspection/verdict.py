@@ -1,0 +1,165 @@
+"""The verdict on each stroke, each layer and the whole print: pass, fail, or not enough seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.arrays import Flags
+from bpc_perception.core.config import ToleranceConfig
+from bpc_perception.core.inspection.defects import (
+    checks_of,
+    Defect,
+    DefectKind,
+    find_defects,
+    inner,
+)
+from bpc_perception.core.profile import Status, ThicknessProfile
+
+
+class Verdict(IntEnum):
+    """Whether something is good; the numbers are those of PrintVerdict.msg."""
+
+    NOT_ENOUGH_SEEN = 0
+    PASS = 1
+    FAIL = 2
+
+
+@dataclass(frozen=True)
+class PartVerdict:
+    """The verdict on a stroke or a layer.
+
+    Attributes:
+        number: of the stroke, from 1, or of the layer, from 0.
+        layer: that it is in.
+        verdict: whether it is good.
+        seen: share of its samples that could be judged, 0..1.
+    """
+
+    number: int
+    layer: int
+    verdict: Verdict
+    seen: float
+
+
+@dataclass(frozen=True)
+class PrintVerdict:
+    """The verdict on a print, as far as it was seen in one capture.
+
+    Attributes:
+        stamp_ns: stamp of the capture [ns].
+        print_id: identifier of the print.
+        ended: whether all of it was laid by then; before, it fails or is not enough seen.
+        verdict: on the print.
+        strokes, layers: in order.
+        defects: in the order of the path.
+        judged: the kinds of defects that were looked for.
+        enough: least share of a stroke that has to be seen for it to pass.
+    """
+
+    stamp_ns: int
+    print_id: str
+    ended: bool
+    verdict: Verdict
+    strokes: tuple[PartVerdict, ...]
+    layers: tuple[PartVerdict, ...]
+    defects: tuple[Defect, ...]
+    judged: frozenset[DefectKind]
+    enough: float
+
+    @classmethod
+    def none(cls, stamp_ns: int) -> PrintVerdict:
+        """Return that from this time on [ns] there is no print."""
+        return cls(stamp_ns, '', True, Verdict.NOT_ENOUGH_SEEN, (), (), (), frozenset(), 0.0)
+
+    def at_its_end(self) -> PrintVerdict:
+        """Return the verdict where nothing more is laid: the last stroke may pass as well."""
+        strokes = tuple(
+            replace(each, verdict=Verdict.PASS)
+            if each.verdict == Verdict.NOT_ENOUGH_SEEN and self.judged and each.seen >= self.enough
+            else each for each in self.strokes)
+        layers = _layers(strokes, self.defects)
+        return replace(self, ended=True, strokes=strokes, layers=layers,
+                       verdict=_together(each.verdict for each in layers))
+
+
+def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: ToleranceConfig,
+          ended: bool) -> PrintVerdict:
+    """Judge a print by its profile.
+
+    Args:
+        profile: what is known of it.
+        targets: widths wanted along the path; None = none, so that they are not judged.
+        tolerance: how far it may be off.
+        ended: whether the whole print was laid by then.
+    """
+    defects = find_defects(profile, targets, tolerance)
+    wrong = {each.stroke for each in defects}
+    seen = _seen(profile, targets, tolerance)
+    judged = _judged(targets, tolerance)
+    last = profile.stroke[-1] if len(profile) else 0
+    strokes = []
+    for number in profile.strokes.number.tolist():
+        own = profile.stroke == number
+        counted = own & (profile.status != Status.JUNCTION)
+        share = float(seen[counted].mean()) if counted.any() else 1.0
+        enough = judged and number != last and share >= tolerance.coverage
+        strokes.append(PartVerdict(
+            number, int(np.bincount(profile.layer[own]).argmax()),
+            Verdict.FAIL if number in wrong else
+            Verdict.PASS if enough else Verdict.NOT_ENOUGH_SEEN, share))
+    layers = _layers(strokes, defects)
+    whole = _together(each.verdict for each in layers)
+    verdict = PrintVerdict(
+        profile.stamp_ns, profile.print_id, False,
+        Verdict.FAIL if whole == Verdict.FAIL else Verdict.NOT_ENOUGH_SEEN, tuple(strokes),
+        layers, tuple(defects), judged, tolerance.coverage)
+    return verdict.at_its_end() if ended else verdict
+
+
+def _seen(profile: ThicknessProfile, targets: WidthTargets | None,
+          tolerance: ToleranceConfig) -> Flags:
+    """Return which samples (N,) every check could judge; where bed is seen there is no width."""
+    gap = profile.status == Status.GAP
+    seen = gap | (profile.status == Status.MEASURED)
+    ends = ~inner(profile, tolerance.ends)
+    for check in checks_of(profile, targets, tolerance):
+        seen &= gap | ends | ~np.isnan(check.excess)
+    return seen
+
+
+def _judged(targets: WidthTargets | None, tolerance: ToleranceConfig) -> frozenset[DefectKind]:
+    """Return which kinds of defects are looked for."""
+    height = bool(tolerance.height and tolerance.target_height)
+    width = bool(targets is not None and tolerance.width)
+    asked = {DefectKind.THIN: width, DefectKind.THICK: width, DefectKind.LOW: height,
+             DefectKind.HIGH: height, DefectKind.OFF_PATH: tolerance.offset > 0,
+             DefectKind.GAP: tolerance.gap_length > 0, DefectKind.NECK: tolerance.neck > 0,
+             DefectKind.OOZE: tolerance.ooze_length > 0,
+             DefectKind.MISSING_STROKE: tolerance.missing_strokes}
+    return frozenset(kind for kind, wanted in asked.items() if wanted)
+
+
+def _layers(strokes: Sequence[PartVerdict], defects: Sequence[Defect]) -> tuple[PartVerdict, ...]:
+    """Return the verdicts on the layers; ink on travel counts to the layer before it."""
+    layers = []
+    oozing = {each.layer for each in defects if not each.stroke}
+    for number in sorted({each.layer for each in strokes}):
+        own = [each for each in strokes if each.layer == number]
+        verdict = (Verdict.FAIL if number in oozing
+                   else _together(each.verdict for each in own))
+        layers.append(PartVerdict(number, number, verdict,
+                                  float(np.mean([each.seen for each in own]))))
+    return tuple(layers)
+
+
+def _together(verdicts: Iterable[Verdict]) -> Verdict:
+    """Return the verdict on what has these parts: it is as good as its worst."""
+    found = set(verdicts)
+    if Verdict.FAIL in found:
+        return Verdict.FAIL
+    return Verdict.PASS if found == {Verdict.PASS} else Verdict.NOT_ENOUGH_SEEN

@@ -1,0 +1,104 @@
+"""The verdict on strokes, layers and a print, from profiles that can be checked by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from perception_builders import profile_of
+import pytest
+
+from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.config import ToleranceConfig
+from bpc_perception.core.inspection.defects import DefectKind
+from bpc_perception.core.inspection.verdict import judge, PrintVerdict, Verdict
+from bpc_perception.core.profile import Status, ThicknessProfile
+
+TARGET = WidthTargets.constant(2e-3)
+PASS, FAIL, NOT_ENOUGH_SEEN = Verdict.PASS, Verdict.FAIL, Verdict.NOT_ENOUGH_SEEN
+
+
+def two_strokes() -> ThicknessProfile:
+    """20 mm in layer 0, 10 mm of travel, 20 mm in layer 1."""
+    stroke = np.repeat((1, 0, 2), (100, 50, 100))
+    status = np.where(stroke == 0, Status.BARE, Status.MEASURED).astype(np.uint8)
+    profile = profile_of(np.where(stroke > 0, 2e-3, np.nan).tolist(), status.tolist(),
+                         spacing=2e-4, extruding=(stroke > 0).tolist())
+    return replace(profile, stroke=stroke.astype(np.intp),
+                   layer=np.repeat((0, -1, 1), (100, 50, 100)))
+
+
+def changed(first: int, last: int, **values: float) -> ThicknessProfile:
+    """The two strokes with other values from a sample to another, exclusively."""
+    profile = two_strokes()
+    arrays = {name: getattr(profile, name).copy() for name in values}
+    for name, value in values.items():
+        arrays[name][first:last] = value
+    return replace(profile, **arrays)
+
+
+def said(profile: ThicknessProfile, ended: bool = True, targets: WidthTargets | None = TARGET,
+         **tolerance: Any) -> tuple[Verdict, list[Verdict], list[Verdict]]:
+    found = judge(profile, targets, ToleranceConfig(**tolerance), ended)
+    return (found.verdict, [each.verdict for each in found.strokes],
+            [each.verdict for each in found.layers])
+
+
+def test_a_good_print_passes_once_it_has_ended() -> None:
+    assert said(two_strokes()) == (PASS, [PASS, PASS], [PASS, PASS])
+    # The stroke that is being laid may still go wrong.
+    assert said(two_strokes(), ended=False) == (
+        NOT_ENOUGH_SEEN, [PASS, NOT_ENOUGH_SEEN], [PASS, NOT_ENOUGH_SEEN])
+
+
+def test_a_defect_fails_its_stroke_its_layer_and_the_print_at_once() -> None:
+    thin = changed(40, 60, thickness=1.5e-3)
+    for ended in (True, False):
+        assert said(thin, ended)[0] == FAIL
+    assert said(thin) == (FAIL, [FAIL, PASS], [FAIL, PASS])
+
+
+def test_ooze_fails_the_layer_before_and_no_stroke() -> None:
+    assert said(changed(120, 140, status=Status.OOZE)) == (FAIL, [PASS, PASS], [FAIL, PASS])
+
+
+def test_a_stroke_of_which_too_little_is_seen_does_not_pass() -> None:
+    hidden = changed(160, 190, status=Status.OCCLUDED, thickness=np.nan, sigma=np.nan)
+    assert said(hidden) == (NOT_ENOUGH_SEEN, [PASS, NOT_ENOUGH_SEEN], [PASS, NOT_ENOUGH_SEEN])
+    assert said(hidden, coverage=0.6)[0] == PASS
+
+
+def test_crossings_have_no_width_and_do_not_count() -> None:
+    assert said(changed(160, 190, status=Status.JUNCTION, thickness=np.nan, sigma=np.nan))[0] == (
+        PASS)
+
+
+def test_where_heights_are_wanted_they_have_to_be_known() -> None:
+    assert said(two_strokes(), target_height=0.6e-3)[0] == NOT_ENOUGH_SEEN
+    heights = changed(0, 250, height=0.6e-3, height_sigma=1e-5)
+    assert said(heights, target_height=0.6e-3)[0] == PASS
+
+
+def test_what_was_not_looked_for_is_told() -> None:
+    found = judge(two_strokes(), None, ToleranceConfig(neck=0.0), True)
+    assert set(DefectKind) - found.judged == {
+        DefectKind.THIN, DefectKind.THICK, DefectKind.LOW, DefectKind.HIGH, DefectKind.NECK}
+
+
+def test_where_nothing_is_looked_for_nothing_passes() -> None:
+    assert said(two_strokes(), targets=None, offset=0.0, gap_length=0.0, neck=0.0,
+                ooze_length=0.0, missing_strokes=False)[0] == NOT_ENOUGH_SEEN
+
+
+def test_of_nothing_there_is_not_enough() -> None:
+    assert said(profile_of([])) == (NOT_ENOUGH_SEEN, [], [])
+    assert PrintVerdict.none(5).print_id == ''
+
+
+@pytest.mark.parametrize('profile', [
+    two_strokes(), changed(40, 60, thickness=1.5e-3),
+    changed(160, 190, status=Status.OCCLUDED, thickness=np.nan, sigma=np.nan)])
+def test_a_print_that_ended_later_is_judged_as_one_that_had(profile: ThicknessProfile) -> None:
+    later = judge(profile, TARGET, ToleranceConfig(), False).at_its_end()
+    assert later == judge(profile, TARGET, ToleranceConfig(), True)
