@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import plotly.graph_objects as go
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
@@ -22,7 +21,8 @@ from bpc_perception.display.legend import (
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
 from bpc_perception.report.figures.data import on_map, pen_up
-from bpc_perception.report.figures.style import new_figure, single
+from bpc_perception.report.figures.figure import Figure
+from bpc_perception.report.figures.style import axis, single
 from bpc_perception.report.uniformity import reference
 
 BACKGROUND_COLOUR = '#4D4D4D'  # a grey on which all colours of the deviation show
@@ -31,21 +31,21 @@ MOST_SAMPLES = 4000
 PERCENT = 100
 
 
-def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> go.Figure:
+def map_figure(profile: ThicknessProfile, targets: WidthTargets | None) -> Figure:
     """Draw the filament in the base frame, as wide as measured, coloured by its deviation.
 
     The deviation is from the target, or from the median without one.
     """
-    figure = new_figure()
+    figure = Figure(legend_y=0)
     for layer, own in layers_of(profile):
         _add_ribbon(figure, profile, targets, layer, own)
     _add_unmeasured(figure, profile)
-    return figure.update_layout(
-        margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, legend={'y': 0},
-        scene=_scene(profile), coloraxis=_colours('median' if targets is None else 'target'))
+    return figure.lay_out(
+        margin={'l': 20, 'r': 20, 't': 70, 'b': 0}, scene=_scene(profile),
+        coloraxis=_colours('median' if targets is None else 'target'))
 
 
-def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
+def _add_ribbon(figure: Figure, profile: ThicknessProfile,
                 targets: WidthTargets | None, layer: int, own: NDArray[np.bool_]) -> None:
     """Draw two triangles from each sample of a layer to the next where both are measured."""
     # Draw every n-th sample only of a long print.
@@ -65,8 +65,9 @@ def _add_ribbon(figure: go.Figure, profile: ThicknessProfile,
     x, y, z = single(np.concatenate((left, right))).T
     i, j, k = _triangles(starts, len(arc))
     hover_data = np.column_stack((arc, thickness)) * MM_PER_M
-    figure.add_mesh3d(
-        x=x, y=y, z=z, i=i, j=j, k=k, intensity=single(np.nan_to_num(np.tile(deviation, 2))),
+    figure.add(
+        'mesh3d', x=x, y=y, z=z, i=i, j=j, k=k,
+        intensity=single(np.nan_to_num(np.tile(deviation, 2))),
         # One bar for all layers: that of a trace goes when its layer is not shown.
         coloraxis='coloraxis', name='measured', meta={'layer': layer},
         lighting={'ambient': 1, 'diffuse': 0, 'specular': 0, 'fresnel': 0},
@@ -84,7 +85,7 @@ def _triangles(starts: NDArray[np.intp], count: int) -> NDArray[np.int32]:
         np.stack((starts + count, starts + count + 1, starts + 1))), axis=1).astype(np.int32)
 
 
-def _add_unmeasured(figure: go.Figure, profile: ThicknessProfile) -> None:
+def _add_unmeasured(figure: Figure, profile: ThicknessProfile) -> None:
     """Draw the path where nothing was measured, in the colours of the statuses."""
     drawn = on_map(profile)
     for status in sorted(set(Status) - {Status.MEASURED}):
@@ -92,8 +93,8 @@ def _add_unmeasured(figure: go.Figure, profile: ThicknessProfile) -> None:
         if chosen.any():
             x, y, z = single(pen_up(profile.points * MM_PER_M, chosen)).T
             colour = OCCLUDED_COLOUR if status == Status.OCCLUDED else STATUS_COLOURS[status]
-            figure.add_scatter3d(x=x, y=y, z=z, mode='lines', name=label(status),
-                                 line={'color': colour, 'width': 5}, hoverinfo='name')
+            figure.add('scatter3d', x=x, y=y, z=z, mode='lines', name=label(status),
+                       line={'color': colour, 'width': 5}, hoverinfo='name')
 
 
 def _colours(reference_name: str) -> dict[str, Any]:
@@ -106,11 +107,11 @@ def _colours(reference_name: str) -> dict[str, Any]:
 
 def _scene(profile: ThicknessProfile) -> dict[str, Any]:
     """Return axes, proportions and first point of view."""
-    axis = {'gridcolor': '#777777', 'showbackground': False, 'color': 'white'}
+    style = {'gridcolor': '#777777', 'showbackground': False, 'color': 'white'}
     return {'aspectmode': 'manual',
             'aspectratio': dict(zip('xyz', _proportions(profile).tolist(), strict=True)),
             'bgcolor': BACKGROUND_COLOUR, 'camera': {'eye': {'x': 0.0, 'y': -1.0, 'z': 1.6}},
-            **{f'{name}axis': {'title': {'text': f'{name} [mm]'}, **axis} for name in 'xyz'}}
+            **{f'{name}axis': axis(f'{name} [mm]', **style) for name in 'xyz'}}
 
 
 def _proportions(profile: ThicknessProfile) -> Array:

@@ -1,4 +1,4 @@
-"""What the figures have in common: layout, lines, filled bands, shaded stretches."""
+"""What the figures have in common: axes, lines, filled bands, shaded stretches."""
 
 from __future__ import annotations
 
@@ -6,28 +6,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-import plotly.graph_objects as go
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.legend import as_shown, STATUS_COLOURS, TARGET_COLOUR
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import label
+from bpc_perception.report.figures.figure import Figure
 
 # An axis from 0 to 1 over the whole height, for stretches that are shaded.
 FULL_HEIGHT_AXIS: dict[str, Any] = {'overlaying': 'y', 'range': (0, 1), 'fixedrange': True,
                                     'visible': False}
 
 
-def new_figure() -> go.Figure:
-    """Return an empty figure with the layout that all share."""
-    return go.Figure(layout={
-        'template': 'plotly_white', 'autosize': True, 'showlegend': True, 'hovermode': 'closest',
-        'font': {'family': 'system-ui, sans-serif', 'size': 13},
-        'margin': {'l': 55, 'r': 10, 't': 40, 'b': 50},
-        'legend': {'orientation': 'h', 'yanchor': 'top', 'y': -0.2, 'x': 0,
-                   'itemsizing': 'constant'},
-    })
+def axis(title: str, **style: Any) -> dict[str, Any]:
+    """Return an axis with a title."""
+    return {'title': {'text': title}, **style}
 
 
 def single(values: Array) -> NDArray[np.float32]:
@@ -52,13 +46,13 @@ def band_outline(x: Array, low: Array, high: Array) -> dict[str, NDArray[np.floa
     return dict(zip('xy', single(np.concatenate(outline, axis=1)), strict=True))
 
 
-def shade_statuses(figure: go.Figure, profile: ThicknessProfile) -> None:
+def shade_statuses(figure: Figure, profile: ThicknessProfile) -> None:
     """Shade the stretches without a thickness by status, on FULL_HEIGHT_AXIS as ``yaxis2``."""
     profile = as_shown(profile)
     for status in Status:
         if status != Status.MEASURED and (profile.status == status).any():
-            figure.add_scatter(
-                **_stretch_outlines(profile.extents(status) * MM_PER_M), yaxis='y2',
+            figure.add(
+                'scatter', **_stretch_outlines(profile.extents(status) * MM_PER_M), yaxis='y2',
                 mode='lines', fill='toself',
                 fillcolor=STATUS_COLOURS[status], opacity=0.25, line={'width': 0},
                 name=label(status), hoverinfo='skip')

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import plotly.graph_objects as go
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
@@ -18,17 +17,18 @@ from bpc_perception.display.legend import (
 from bpc_perception.display.overlay import path_pixels
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.report.figures.data import thickness_ceiling
+from bpc_perception.report.figures.figure import Figure
 from bpc_perception.report.figures.style import (
+    axis,
     band_outline,
     FULL_HEIGHT_AXIS,
-    new_figure,
     reference_line,
     shade_statuses,
     single,
 )
 
 
-def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: float) -> go.Figure:
+def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: float) -> Figure:
     """Draw thickness over arc length; the stretches without one are shaded by status.
 
     The curve carries the pixels of the path, for the cursor in the image.
@@ -41,7 +41,7 @@ def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: fl
     profile, advice = result.profile, result.advice
     assert profile is not None
     assert advice is not None
-    figure = new_figure()
+    figure = Figure()
     shade_statuses(figure, profile)
     _add_measured(figure, result)
     _add_height(figure, profile)
@@ -49,55 +49,56 @@ def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: fl
         _add_target(figure, targets, profile.arc_length * MM_PER_M, dead_band)
     if np.isfinite(advice.window).all():
         start, end = np.multiply(advice.window, MM_PER_M)
-        figure.add_shape(type='rect', x0=start, x1=end, y0=0, y1=0.03, yref='y domain',
+        figure.add_shape('rect', x0=start, x1=end, y0=0, y1=0.03, yref='y domain',
                          name='advice window', showlegend=True, fillcolor=WINDOW_COLOUR,
                          line={'color': TARGET_COLOUR, 'width': 0.5})
-    return figure.update_layout(
-        xaxis={'title': 'arc length [mm]'}, yaxis2=FULL_HEIGHT_AXIS,
-        yaxis={'title': 'thickness, height [mm]',
-               'range': (0, thickness_ceiling(profile, targets))})
+    return figure.lay_out(
+        xaxis=axis('arc length [mm]'), yaxis2=FULL_HEIGHT_AXIS,
+        yaxis=axis('thickness, height [mm]', range=(0, thickness_ceiling(profile, targets))))
 
 
-def _add_measured(figure: go.Figure, result: Result) -> None:
+def _add_measured(figure: Figure, result: Result) -> None:
     """Draw the thickness of the measured samples with one standard deviation."""
     profile = result.profile
     assert profile is not None
     arc, thickness, sigma = (values * MM_PER_M for values in (
         profile.arc_length, profile.thickness, profile.sigma))
     measured = profile.status == Status.MEASURED
-    figure.add_scatter(**band_outline(arc, thickness - sigma, thickness + sigma), mode='lines',
-                       fill='toself', fillcolor=STATUS_COLOURS[Status.MEASURED], opacity=0.3,
-                       line={'width': 0}, name='± 1 sigma', hoverinfo='skip')
-    figure.add_scatter(
-        x=single(arc), y=single(np.where(measured, thickness, np.nan)), mode='lines',
+    figure.add('scatter', **band_outline(arc, thickness - sigma, thickness + sigma), mode='lines',
+               fill='toself', fillcolor=STATUS_COLOURS[Status.MEASURED], opacity=0.3,
+               line={'width': 0}, name='± 1 sigma', hoverinfo='skip')
+    figure.add(
+        'scatter', x=single(arc), y=single(np.where(measured, thickness, np.nan)), mode='lines',
         name='thickness', line={'color': STATUS_COLOURS[Status.MEASURED], 'width': 1.5},
         customdata=single(np.column_stack((sigma, path_pixels(result, profile.points)))),
         hovertemplate='%{y:.3f} ± %{customdata[0]:.3f} mm at %{x:.1f} mm<extra></extra>')
 
 
-def _add_height(figure: go.Figure, profile: ThicknessProfile) -> None:
+def _add_height(figure: Figure, profile: ThicknessProfile) -> None:
     """Draw the height of the ink with one standard deviation, where it is known."""
     arc, height, sigma = (values * MM_PER_M for values in (
         profile.arc_length, profile.height, profile.height_sigma))
     if not np.isfinite(height + sigma).any():
         return
-    figure.add_scatter(**band_outline(arc, height - sigma, height + sigma), mode='lines',
-                       fill='toself', fillcolor=HEIGHT_COLOUR, opacity=0.3, line={'width': 0},
-                       showlegend=False, hoverinfo='skip')
-    figure.add_scatter(
-        x=single(arc), y=single(np.where(np.isfinite(sigma), height, np.nan)), mode='lines',
-        name='height', line={'color': HEIGHT_COLOUR, 'width': 1.5}, customdata=single(sigma),
+    figure.add('scatter', **band_outline(arc, height - sigma, height + sigma), mode='lines',
+               fill='toself', fillcolor=HEIGHT_COLOUR, opacity=0.3, line={'width': 0},
+               showlegend=False, hoverinfo='skip')
+    figure.add(
+        'scatter', x=single(arc), y=single(np.where(np.isfinite(sigma), height, np.nan)),
+        mode='lines', name='height', line={'color': HEIGHT_COLOUR, 'width': 1.5},
+        customdata=single(sigma),
         hovertemplate='%{y:.3f} ± %{customdata:.3f} mm high at %{x:.1f} mm<extra></extra>')
 
 
-def _add_target(figure: go.Figure, targets: WidthTargets, arc: Array, dead_band: float) -> None:
+def _add_target(figure: Figure, targets: WidthTargets, arc: Array, dead_band: float) -> None:
     """Draw the target and its dead band over arc lengths (N,) [mm]."""
     at, target = _target_corners(targets, arc)
-    figure.add_scatter(**band_outline(at, target * (1 - dead_band), target * (1 + dead_band)),
-                       mode='lines', fill='toself', fillcolor=TARGET_COLOUR, opacity=0.15,
-                       line={'width': 0}, name='dead band', hoverinfo='skip')
-    figure.add_scatter(x=at, y=target, mode='lines', name='target', line=reference_line('dash'),
-                       hovertemplate='%{y:.3f} mm wanted<extra></extra>')
+    figure.add('scatter',
+               **band_outline(at, target * (1 - dead_band), target * (1 + dead_band)),
+               mode='lines', fill='toself', fillcolor=TARGET_COLOUR, opacity=0.15,
+               line={'width': 0}, name='dead band', hoverinfo='skip')
+    figure.add('scatter', x=at, y=target, mode='lines', name='target',
+               line=reference_line('dash'), hovertemplate='%{y:.3f} mm wanted<extra></extra>')
 
 
 def _target_corners(targets: WidthTargets, arc: Array) -> tuple[Array, Array]:

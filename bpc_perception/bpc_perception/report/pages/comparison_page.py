@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-import plotly.graph_objects as go
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.display.legend import PRINT_COLOURS
@@ -20,7 +19,8 @@ from bpc_perception.report.comparison import (
     rows,
 )
 from bpc_perception.report.figures.data import pen_up
-from bpc_perception.report.figures.style import new_figure, single
+from bpc_perception.report.figures.figure import Figure
+from bpc_perception.report.figures.style import axis, single
 from bpc_perception.report.pages.page import page
 
 GAP_ROW_SHARE = 0.04  # of the largest thickness, from one print's row of gaps to the next
@@ -42,9 +42,9 @@ def render(prints: Sequence[PrintResult]) -> str:
         names=[print_.name for print_ in prints], differences=differences(prints))
 
 
-def _thickness_figure(prints: Sequence[tuple[PrintResult, str]]) -> go.Figure:
+def _thickness_figure(prints: Sequence[tuple[PrintResult, str]]) -> Figure:
     """Draw thickness over arc length; gaps are bars below the axis, a row for each print."""
-    figure = new_figure()
+    figure = Figure()
     row_height = GAP_ROW_SHARE * max(
         print_.thickness[print_.measured].max(initial=0.0) for print_, _ in prints)
     for number, (print_, colour) in enumerate(prints, 1):
@@ -59,24 +59,23 @@ def _thickness_figure(prints: Sequence[tuple[PrintResult, str]]) -> go.Figure:
                   legendgroup=print_.name, showlegend=False,
                   line={'color': colour, 'width': GAP_WIDTH_PX},
                   hovertemplate='gap at %{x:.1f} mm')
-    return figure.update_layout(xaxis={'title': 'arc length [mm]'},
-                                yaxis={'title': 'thickness [mm]', 'rangemode': 'tozero'})
+    return figure.lay_out(xaxis=axis('arc length [mm]'),
+                          yaxis=axis('thickness [mm]', rangemode='tozero'))
 
 
-def _add_line(figure: go.Figure, print_: PrintResult, height: Array, chosen: NDArray[np.bool_],
+def _add_line(figure: Figure, print_: PrintResult, height: Array, chosen: NDArray[np.bool_],
               **style: object) -> None:
     """Draw heights (N,) [mm] over arc length where they are chosen (N,)."""
     line = pen_up(np.column_stack((print_.arc_length, height)), chosen)
-    figure.add_scatter(x=single(line[:, 0]), y=single(line[:, 1]), mode='lines', **style)
+    figure.add('scatter', x=single(line[:, 0]), y=single(line[:, 1]), mode='lines', **style)
 
 
-def _histogram_figure(prints: Sequence[tuple[PrintResult, str]]) -> go.Figure:
+def _histogram_figure(prints: Sequence[tuple[PrintResult, str]]) -> Figure:
     """Draw the shares of the measured samples by thickness."""
-    figure = new_figure()
+    figure = Figure()
     for print_, colour in prints:
-        figure.add_histogram(x=single(print_.thickness[print_.measured]), name=print_.name,
-                             histnorm='percent', bingroup='all', opacity=0.5,
-                             marker={'color': colour},
-                             hovertemplate='%{x} mm: %{y:.1f} %')
-    return figure.update_layout(barmode='overlay', xaxis={'title': 'thickness [mm]'},
-                                yaxis={'title': 'measured samples [%]'})
+        figure.add('histogram', x=single(print_.thickness[print_.measured]), name=print_.name,
+                   histnorm='percent', bingroup='all', opacity=0.5, marker={'color': colour},
+                   hovertemplate='%{x} mm: %{y:.1f} %')
+    return figure.lay_out(barmode='overlay', xaxis=axis('thickness [mm]'),
+                          yaxis=axis('measured samples [%]'))

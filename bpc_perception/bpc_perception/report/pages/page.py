@@ -8,36 +8,36 @@ import math
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
 
 from bpc_perception.display.units import NS_PER_S
+from bpc_perception.report.figures.figure import Figure, packaged, typed_array
 
 NS_PER_MS = 10**6
 
 
-def page(template: str, figures: Mapping[str, go.Figure], **content: object) -> str:
+def page(template: str, figures: Mapping[str, Figure], **content: object) -> str:
     """Make a page from a template, figures by name, and the other variables of the template."""
     environment = Environment(
         loader=PackageLoader('bpc_perception.report.pages'), autoescape=True,
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters.update(number=number, mm=mm, share=share, utc=utc)
+    environment.policies['json.dumps_kwargs'] = {'sort_keys': True, 'default': typed_array}
     return environment.get_template(template).render(
         # The library's own script, which is large.
-        plotly=Markup(get_plotlyjs() if figures else ''),  # noqa: S704
-        figures={name: _embed(name, figure) for name, figure in figures.items()}, **content)
+        plotly=Markup(packaged('plotly.min.js') if figures else ''),  # noqa: S704
+        figures={name: _embed(environment, name, figure) for name, figure in figures.items()},
+        **content)
 
 
-def _embed(name: str, figure: go.Figure) -> Markup:
+def _embed(environment: Environment, name: str, figure: Figure) -> Markup:
     """Return a figure as HTML that fills the element around it."""
-    html = figure.to_html(
-        full_html=False, include_plotlyjs=False, div_id=f'{name}-figure',
-        default_width='100%', default_height='100%',
+    html = environment.get_template('figure.html.j2').render(
+        place=f'{name}-figure', figure=figure,
         # Plotly has a button that uploads the data; measurements stay where they are.
         config={'showSendToCloud': False, 'displaylogo': False,
                 'modeBarButtonsToRemove': ['select2d', 'lasso2d'],
                 'responsive': True, 'scrollZoom': name == 'image'})
-    return Markup(html)  # noqa: S704 (Plotly escapes what is in the figure)
+    return Markup(html)  # noqa: S704 (the template escapes what is in the figure)
 
 
 def number(value: float | None, digits: int = 3) -> str:

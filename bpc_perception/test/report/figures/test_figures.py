@@ -5,20 +5,45 @@ from dataclasses import replace
 
 import numpy as np
 from perception_builders import on_one_layer
+import plotly.graph_objects as go
+import plotly.io
 import pytest
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status
 from bpc_perception.display.legend import STATUS_COLOURS
-from bpc_perception.report.figures.deviation_map import map_figure, MOST_SAMPLES
-from bpc_perception.report.figures.histogram import histogram_figure
-from bpc_perception.report.figures.image import image_figure
-from bpc_perception.report.figures.offset import offset_figure
-from bpc_perception.report.figures.thickness import thickness_figure
+from bpc_perception.report.figures import deviation_map, histogram, image, offset, thickness
+from bpc_perception.report.figures.deviation_map import MOST_SAMPLES
+from bpc_perception.report.figures.figure import Figure, typed_array
 from bpc_perception.report.thumbnails import decode
 
 MM = 1e-3
 TARGETS = WidthTargets.constant(2.078 * MM)
+
+
+def checked(figure):
+    """Return a figure as plotly's own, which refuses what it does not know."""
+    return go.Figure(figure.traces, figure.layout)
+
+
+def image_figure(*what):
+    return checked(image.image_figure(*what))
+
+
+def thickness_figure(*what):
+    return checked(thickness.thickness_figure(*what))
+
+
+def offset_figure(*what):
+    return checked(offset.offset_figure(*what))
+
+
+def map_figure(*what):
+    return checked(deviation_map.map_figure(*what))
+
+
+def histogram_figure(*what):
+    return checked(histogram.histogram_figure(*what))
 
 
 def picture(source):
@@ -156,3 +181,15 @@ def test_height_is_a_second_curve_where_it_is_known(result):
     known = replace(result.profile, height=height, height_sigma=height / 60)
     drawn = trace(thickness_figure(replace(result, profile=known), None, 0.0), 'height')
     np.testing.assert_allclose(drawn.y, 0.6, rtol=1e-6)
+
+
+def test_template_is_that_of_plotly():
+    assert Figure().layout['template'] == plotly.io.templates['plotly_white'].to_plotly_json()
+
+
+def test_arrays_are_written_as_plotly_writes_them():
+    arrays = {'x': np.array((1.5, np.nan), np.float32), 'y': np.array((1, 70_000), np.int32),
+              'customdata': np.arange(6, dtype=np.float32).reshape(2, 3).T, 'text': np.empty(0)}
+    written = go.Figure([{'type': 'scatter', **arrays}]).to_dict()['data'][0]
+    for name, values in arrays.items():
+        assert typed_array(values) == (written[name] if len(values) else [])
