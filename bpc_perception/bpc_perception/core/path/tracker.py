@@ -67,7 +67,7 @@ class PrintTracker:
                 self._lost_way |= stamp_ns < last_ns and contradicts(self._poses, stamp_ns, tip)
                 return False
             reach = self._config.maximum_speed * (stamp_ns - last_ns) * 1e-9 + JITTER_M
-            if math.dist(tip, last) > reach:
+            if math.dist(tip.tolist(), last.tolist()) > reach:
                 raise JumpError('pose: expected a tip that moves no faster than '
                                 f'{self._config.maximum_speed:g} m/s, found a jump'
                                 '; let one robot alone publish, or raise path.maximum_speed')
