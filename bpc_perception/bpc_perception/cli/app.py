@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+import gc
 from importlib.metadata import entry_points, EntryPoint
 import logging
 import sys
@@ -40,9 +41,10 @@ def command_line(words: Sequence[str] | None = None) -> typer.Typer:
     Where they begin with none it has all, which only tell what they are for. Without words, all
     are loaded.
     """
-    # Commands of other packages are, for example, those of the simulator where it is installed.
     commands = [EntryPoint(name, place, GROUP) for name, place in COMMANDS.items()]
-    commands += sorted(set(entry_points(group=GROUP)))
+    if not words or words[0] not in COMMANDS:
+        # Those of other packages, for example of the simulator where it is installed.
+        commands += sorted(set(entry_points(group=GROUP)))
     called = commands if words is None else [each for each in commands if each.name in words[:1]]
     app = typer.Typer(add_completion=False, rich_markup_mode=None,
                       pretty_exceptions_enable=False,
@@ -77,7 +79,11 @@ def main() -> None:
     logging.getLogger().addHandler(WARNINGS)
     try:
         words = sys.argv[1:] or ['--help']
-        status = command_line(words)(words, prog_name='bpc', standalone_mode=False)
+        gc.disable()  # what is loaded stays: to look through it for what does not takes a while
+        commands = command_line(words)
+        gc.freeze()
+        gc.enable()
+        status = commands(words, prog_name='bpc', standalone_mode=False)
     except UsageError as error:
         command = error.ctx.command_path if error.ctx else 'bpc'
         refuse(f'{command}: {error.format_message()} ({command} --help says more)')
