@@ -27,7 +27,7 @@ def pose_to_matrix(message: Pose) -> Array:
         raise ConversionError(f'pose: expected a position in metres, found one {distance:.0f} m '
                               'away; is it in millimetres?')
     try:
-        return pose_matrix(np.array((p.x, p.y, p.z)), np.array((q.x, q.y, q.z, q.w)))
+        return pose_matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
     except ValueError as error:
         raise ConversionError(f'{error}; look at what publishes it') from error
 

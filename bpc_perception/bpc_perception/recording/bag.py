@@ -59,13 +59,16 @@ class Bag:
             raise BagError(f'{self.path}: expected {kind} with messages, found none'
                            '; is it the right recording?')
 
-    def messages(self, topics: set[str]) -> Iterator[BagMessage]:
-        """Yield the messages of these topics in the order of recording. Raises BagError."""
+    def messages(self, topics: set[str], light: bool = False) -> Iterator[BagMessage]:
+        """Yield the messages of these topics in the order of recording. Raises BagError.
+
+        Light ones are made sooner: they have the same fields, but need not be of their class.
+        """
         for raw in _in_time(self._storage, topics):
             if raw.type_name != self.topics[raw.topic]:
                 continue  # of another type on the same topic
             try:
-                message = reader_of(raw.channel)(unpacked(raw.data))
+                message = reader_of(raw.channel, light)(unpacked(raw.data))
             except (BagError, MessageTypeError) as error:
                 raise BagError(f'{self.path}: {error}') from error
             except Exception as error:  # rclpy raises whatever the type support throws

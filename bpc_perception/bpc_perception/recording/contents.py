@@ -96,7 +96,7 @@ def flange_poses(bag: Bag, config: PoseConfig, base_frame: str) -> tuple[NDArray
     source = FlangePoses(config, base_frame)
     topic = find_topic(bag, source.topic, source.message_class)
     found = {}
-    for _, log_ns, message in bag.messages({topic}):
+    for _, log_ns, message in bag.messages({topic}, light=True):
         if not source.concerns(message):
             continue
         try:

@@ -6,17 +6,17 @@ The definition that lies in the recording says which fields its messages have.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import is_dataclass
 from functools import cache
 import math
 from typing import Any
 
+from geometry_msgs.msg import PoseStamped
 import numpy as np
 from rclpy.serialization import deserialize_message
-from rosbags.interfaces.typing import Typesdict
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
+from bpc_perception.messages.stamped_pose import stamped_pose_in
 from bpc_perception.messages.types import message_definition, message_type, MessageTypeError
 from bpc_perception.recording.storage.raw_message import Channel
 
@@ -24,8 +24,8 @@ Reader = Callable[[bytes], Any]
 
 
 @cache
-def reader_of(channel: Channel) -> Reader:
-    """Return what makes messages of the bytes of a channel.
+def reader_of(channel: Channel, light: bool = False) -> Reader:
+    """Return what makes messages of the bytes of a channel; light ones cannot be published.
 
     Where the installed type has further fields, they are what the type says, numbers of floating
     point NaN; where the recorded one has, they are left out.
@@ -36,18 +36,30 @@ def reader_of(channel: Channel) -> Reader:
     installed, own_definition = message_type(kind), message_definition(kind)
     if (channel.definition_encoding != 'ros2msg' or not definition
             or _bare(definition) == _bare(own_definition)):
-        return lambda data: deserialize_message(data, installed)
+        return _read_pose if light and installed is PoseStamped else _reader(installed)
+    # Imported late: seldom needed.
+    from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+
     try:
         recorded = get_types_from_msg(definition, kind)
     except Exception:  # whatever the parser raises on what is no definition
-        return lambda data: deserialize_message(data, installed)
+        return _reader(installed)
     own = get_types_from_msg(own_definition, kind)
     if recorded == own:
-        return lambda data: deserialize_message(data, installed)
+        return _reader(installed)
     _expect_no_contradiction(kind, recorded, own)
     store = get_typestore(Stores.EMPTY)
     store.register(recorded)
     return lambda data: _filled(installed(), store.deserialize_cdr(data, kind))
+
+
+def _reader(installed: Any) -> Reader:
+    return lambda data: deserialize_message(data, installed)
+
+
+def _read_pose(data: bytes) -> Any:
+    """Return a stamped pose; rclpy says whether what is out of the ordinary is damaged."""
+    return stamped_pose_in(data) or deserialize_message(data, PoseStamped)
 
 
 def _bare(definition: str) -> list[list[str]]:
@@ -56,7 +68,8 @@ def _bare(definition: str) -> list[list[str]]:
     return [words for words in lines if words]
 
 
-def _expect_no_contradiction(kind: str, recorded: Typesdict, own: Typesdict) -> None:
+def _expect_no_contradiction(kind: str, recorded: Mapping[str, Any],
+                             own: Mapping[str, Any]) -> None:
     """Raise MessageTypeError unless one version only adds to the other."""
     more, less = [], []
     for name in recorded.keys() & own.keys():

@@ -55,8 +55,8 @@ def measure_bag(bag: Bag, hand_eye: HandEye, config: ThicknessConfig, recorder: 
     measurement = _OfflineMeasurement(bag, hand_eye, config, recorder)
     if print_id:
         measurement.take_only(print_id)
-    for topic, log_ns, message in _without_future(bag.messages(measurement.topics),
-                                                  measurement.camera):
+    messages = bag.messages(measurement.topics, light=True)
+    for topic, log_ns, message in _without_future(messages, measurement.camera):
         yield from measurement.take(topic, log_ns, message)
     yield from measurement.finish()
 

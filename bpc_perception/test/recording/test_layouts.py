@@ -7,15 +7,18 @@ import math
 from typing import Any
 
 import numpy as np
+from perception_builders import START_NS
 import pytest
 
 pytest.importorskip('bpc_perception.recording.bag')
-from geometry_msgs.msg import Polygon
-from rclpy.serialization import serialize_message
+from geometry_msgs.msg import Point, Polygon, Pose, PoseStamped, Quaternion
+from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 from bpc_interfaces.msg import ExtrusionState, RateAdvice
+from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.messages.types import message_definition, MessageTypeError
 from bpc_perception.recording.layouts import reader_of
 from bpc_perception.recording.storage.raw_message import Channel
@@ -23,6 +26,8 @@ from bpc_perception.recording.storage.raw_message import Channel
 pytestmark = pytest.mark.ros
 STATE, JOINTS = 'bpc_interfaces/msg/ExtrusionState', 'sensor_msgs/msg/JointState'
 POLYGON = 'geometry_msgs/msg/Polygon'
+STAMPED = 'geometry_msgs/msg/PoseStamped'
+POSE = Channel('/pose', STAMPED, message_definition(STAMPED).encode())
 
 
 def recorded(kind: str, change: Callable[[str], str], **fields: Any) -> Any:
@@ -113,3 +118,43 @@ def test_versions_that_contradict_each_other_are_refused(
 def test_where_no_definition_can_be_read_the_installed_type_counts(definition: str) -> None:
     channel = Channel('/topic', 'bpc_interfaces/msg/RateAdvice', definition.encode())
     assert reader_of(channel)(serialize_message(RateAdvice(reason=3))).reason == 3
+
+
+def stamped_pose(frame: str) -> PoseStamped:
+    return PoseStamped(
+        header=Header(stamp=ns_to_stamp(START_NS + 5), frame_id=frame),
+        pose=Pose(position=Point(x=0.1, y=-0.2, z=math.nan),
+                  orientation=Quaternion(x=0.5, y=-0.5, z=0.5, w=0.1)))
+
+
+def fields(message: Any) -> str:
+    """Return the values of a stamped pose."""
+    stamp, p, q = message.header.stamp, message.pose.position, message.pose.orientation
+    return repr((stamp.sec, stamp.nanosec, message.header.frame_id, p.x, p.y, p.z,
+                 q.x, q.y, q.z, q.w))
+
+
+@pytest.mark.parametrize('frame', ['', 'a', 'lbr_link_0', 'Flansch ä'])
+def test_a_light_pose_has_the_fields_of_its_message(frame: str) -> None:
+    message = stamped_pose(frame)
+    light = reader_of(POSE, light=True)(serialize_message(message))
+    assert not isinstance(light, PoseStamped)
+    assert fields(light) == fields(message)
+
+
+def test_a_pose_that_is_out_of_the_ordinary_is_read_as_by_rclpy() -> None:
+    whole = serialize_message(stamped_pose('base'))
+    big = get_typestore(Stores.ROS2_JAZZY)
+    light = big.deserialize_cdr(whole, STAMPED)
+    for data in (bytes(big.serialize_cdr(light, STAMPED, little_endian=False)), whole + b'longer',
+                 whole.replace(b'base', b'\xff\xfe\xfd\xfc')):
+        message = reader_of(POSE, light=True)(data)
+        assert fields(message) == fields(deserialize_message(data, PoseStamped))
+
+
+@pytest.mark.parametrize('damaged', [b'', b'\0\1\0\0', b'\7\7\7\7'])
+def test_a_damaged_pose_is_refused(damaged: bytes) -> None:
+    whole = serialize_message(stamped_pose('base'))
+    for data in (damaged, damaged + whole[4:-9]):
+        with pytest.raises(Exception):  # noqa: B017, PT011 (rclpy says which)
+            reader_of(POSE, light=True)(data)

@@ -55,7 +55,8 @@ class Recorded(Bag):
             **topics.CAMERA, topics.POSE: PoseStamped, topics.EXTRUSION: ExtrusionState}.items()}
         self.read_ns = 0
 
-    def messages(self, topics: set[str]) -> Iterator[Entry]:
+    def messages(self, topics: set[str],
+                 light: bool = False) -> Iterator[Entry]:  # noqa: ARG002 (see Bag)
         for name, log_ns, message in self.entries:
             self.read_ns = log_ns
             if name in topics:

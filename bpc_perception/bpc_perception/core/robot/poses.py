@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 import math
 
 import numpy as np
@@ -19,14 +20,15 @@ JITTER_RAD = 5e-3
 CLOCK_SET_BACK_S = 1.0  # a pose that is earlier by more than this is of a clock that was set
 
 
-def pose_matrix(position: Array, quaternion: Array) -> Array:
+def pose_matrix(position: Iterable[float], quaternion: Iterable[float]) -> Array:
     """Return the transform (4, 4) of a position (3,) [m] and a unit quaternion (4,) x, y, z, w.
 
     Raises ValueError if a number is not finite or the quaternion is not of unit length.
     """
-    numbers = (*position.tolist(), *quaternion.tolist())
+    numbers = (*position, *quaternion)
     if not all(map(math.isfinite, numbers)):
-        raise ValueError(f'pose: expected finite numbers, found {position} and {quaternion}')
+        raise ValueError('pose: expected finite numbers, found '
+                         f'{np.array(numbers[:3])} and {np.array(numbers[3:])}')
     length = math.hypot(*numbers[3:])
     if abs(length - 1) > 1e-2:
         raise ValueError(f'pose: expected a quaternion of length 1, found {length:.4g}')

@@ -54,7 +54,8 @@ class MessagesBag:
         self.topics = {entry.topic: topics.type_name(type(entry.message)) for entry in messages}
         self._messages = messages
 
-    def messages(self, wanted: set[str]) -> Iterator[BagMessage]:
+    def messages(self, wanted: set[str],
+                 light: bool = False) -> Iterator[BagMessage]:  # noqa: ARG002 (see Bag)
         """Yield the messages of these topics."""
         return (entry for entry in self._messages if entry.topic in wanted)
 
