@@ -116,7 +116,8 @@ class _OfflineMeasurement:
                 self._warn_once(name, topic)
         except ConversionError as error:
             logger.warning('%s', error)
-        _log_problems(self._pairer.give_up())
+        if topic in self.camera:
+            _log_problems(self._pairer.give_up())
         if self._session.waiting:
             if not self._assembled and (path := self._tracker.path()) is not None:
                 self._session.set_path(path)
