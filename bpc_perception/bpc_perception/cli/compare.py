@@ -43,7 +43,7 @@ def compare(
 
 def table(print_rows: list[dict[str, object]]) -> Table:
     """Return a table with a column for each print: usually there are more numbers than prints."""
-    headings = ('print', *(column.heading for column in COLUMNS))
+    headings = ('print', 'verdict', *(column.heading for column in COLUMNS))
     made = Table(show_header=False)
     for line in zip(headings, *map(cells, print_rows), strict=True):
         # Units are in brackets, which rich takes for markup.

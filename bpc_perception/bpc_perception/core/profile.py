@@ -170,6 +170,22 @@ class ThicknessProfile:
         return len(self.time)
 
     @cached_property
+    def feet(self) -> Array:
+        """The path (N, 3) on the surface that ink is laid on [m]; the tip passes above it.
+
+        Between the side points, which lie on the surface; elsewhere as far from the tip as there.
+        Where none is known, the path of the tip.
+        """
+        known = np.flatnonzero(self.status == Status.MEASURED)
+        if not len(known):
+            return self.points
+        left, right = self.left[known, None], self.right[known, None]
+        feet = (right * self.left_points[known] + left * self.right_points[known]) / (left + right)
+        below = feet - self.points[known]
+        return self.points + np.column_stack([
+            np.interp(self.arc_length, self.arc_length[known], axis) for axis in below.T])
+
+    @cached_property
     def missing(self) -> Flags:
         """Where (N,) ink is missing: GAP, but for what the lag of start and stop explains."""
         samples = self._stroke_samples

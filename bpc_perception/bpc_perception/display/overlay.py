@@ -81,7 +81,7 @@ def draw_samples(picture: NDArray[np.uint8], result: Result, layer: int = NEWEST
     profile, shown = as_shown(profile), in_layer(profile, layer)
     measured = shown & (profile.status == Status.MEASURED)
     for status in set(Status) - {Status.MEASURED}:
-        _draw_dots(picture, result, profile.points[shown & (profile.status == status)],
+        _draw_dots(picture, result, profile.feet[shown & (profile.status == status)],
                    STATUS_COLOURS[status])
     _draw_dots(picture, result, profile.left_points[measured], LEFT_COLOUR)
     _draw_dots(picture, result, profile.right_points[measured], RIGHT_COLOUR)

@@ -12,7 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.inspection.verdict import Verdict
 from bpc_perception.core.profile import Status
+from bpc_perception.display.units import MM_PER_M
+from bpc_perception.display.verdict_words import NAMES
 from bpc_perception.report.result_folder import read_summary, SUMMARY
 
 
@@ -39,6 +42,7 @@ class Column:
 
 COLUMNS = (
     Column('path_length_mm', 'path [mm]', 1),
+    Column('target_mm', 'target [mm]', 3),
     Column('thickness_mean_mm', 'mean [mm]', 3),
     Column('thickness_std_mm', 'std. [mm]', 3),
     Column('thickness_q1_mm', 'Q1 [mm]', 3),
@@ -84,6 +88,19 @@ class PrintResult:
     thickness: Array
     measured: NDArray[np.bool_]
     gap: NDArray[np.bool_]
+
+    @property
+    def target_mm(self) -> float | None:
+        """The thickness wanted all along [mm]; None = none, or one that changes along the path."""
+        settings = self.summary.get('settings', {})
+        target = settings.get('advice.target_thickness')
+        return target * MM_PER_M if target and not settings.get('advice.target_file') else None
+
+    @property
+    def verdict(self) -> str:
+        """Whether it is good, in words; a dash where its summary is of an older version."""
+        said = self.summary.get('verdict', {}).get('verdict')
+        return NAMES[Verdict[said]] if said else '-'
 
 
 def load(folders: Sequence[Path]) -> list[PrintResult]:
@@ -165,7 +182,8 @@ def _read_profile(file: Path) -> tuple[Array, Array, NDArray[np.uint8]]:
 def rows(prints: Sequence[PrintResult]) -> list[dict[str, Any]]:
     """Return a flat row for each print, with the keys of summary.json."""
     return [{'print': print_.name,
-             **{column.key: print_.summary.get(column.key) for column in COLUMNS}}
+             **{column.key: print_.summary.get(column.key) for column in COLUMNS},
+             'target_mm': print_.target_mm, 'verdict': print_.verdict}
             for print_ in prints]
 
 
@@ -183,7 +201,8 @@ def layer_rows(prints: Sequence[PrintResult]) -> list[tuple[int, int, list[str]]
 
 def cells(row: dict[str, Any]) -> list[str]:
     """Return a row in words: the name of the print, and numbers in the units of the headings."""
-    return [row['print'], *(column.cell(row[column.key]) for column in COLUMNS)]
+    return [row['print'], row['verdict'],
+            *(column.cell(row[column.key]) for column in COLUMNS)]
 
 
 def differences(prints: Sequence[PrintResult]) -> list[tuple[str, list[str]]]:

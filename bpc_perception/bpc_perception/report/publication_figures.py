@@ -112,7 +112,7 @@ def draw_overlay(axes: Axes, result: Result, own: Flags) -> None:
     profile = as_shown(profile)
     for status in Status:
         if status != Status.MEASURED:
-            _draw_runs(axes, path_pixels(result, profile.points),
+            _draw_runs(axes, path_pixels(result, profile.feet),
                        own & (profile.status == status), STATUS_COLOURS[status], label(status))
     measured = own & (profile.status == Status.MEASURED)
     _draw_runs(axes, path_pixels(result, profile.left_points), measured, LEFT_COLOUR, 'left side')

@@ -138,3 +138,16 @@ def test_runs_follow_uneven_spacing() -> None:
 def test_no_runs(mask: list[bool]) -> None:
     found = run_extents(np.array(mask, bool), np.arange(len(mask), dtype=float))
     assert found.shape == (0, 2)
+
+
+def test_the_path_lies_on_the_bed_between_the_side_points() -> None:
+    """The tip passes 1 mm above; a bead 0.5 mm beside the path does not move it."""
+    flat = profile_of([2e-3, NAN, 2e-3], [M, NO_DATA, M])
+    up, left, right = 1e-3 * np.array(((0, 0, 1), (0, 1.5, 0), (0, -0.5, 0)))
+    known = np.where(flat.status == M, 1.0, NAN)
+    profile = replace(flat, points=flat.points + up, left=1.5e-3 * known, right=0.5e-3 * known,
+                      left_points=(flat.points + left) * known[:, None],
+                      right_points=(flat.points + right) * known[:, None])
+    np.testing.assert_allclose(profile.feet, flat.points, atol=1e-12)
+    nothing = profile_of([NAN], [NO_DATA])
+    np.testing.assert_array_equal(nothing.feet, nothing.points)

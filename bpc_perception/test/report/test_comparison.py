@@ -63,7 +63,7 @@ def test_a_summary_of_another_kind_is_refused(tmp_path, summary):
 def test_table_has_numbers_or_dashes(tmp_path):
     row, _ = comparison.rows(comparison.load([left_behind(tmp_path / 'a'),
                                               left_behind(tmp_path / 'b')]))
-    words = dict(zip(['print', *(column.heading for column in comparison.COLUMNS)],
+    words = dict(zip(['print', 'verdict', *(column.heading for column in comparison.COLUMNS)],
                      comparison.cells(row), strict=True))
     assert (words['mean [mm]'], words['variation [%]'], words['gaps']) == ('2.000', '5.0', '1')
     assert words['Q1 [mm]'] == '-'

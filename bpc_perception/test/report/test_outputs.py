@@ -37,7 +37,7 @@ def test_summary(tmp_path, log, provenance):
         'print_id': 'vase', 'method': 'paper', 'capture': 1, 'samples': 4,
         'path_length_mm': 3.0, 'thickness_mean_mm': 3.0, 'thickness_std_mm': 1.0,
         'thickness_q1_mm': 2.5, 'thickness_median_mm': 3.0, 'thickness_q3_mm': 3.5,
-        'thickness_variation': 1 / 3, 'within_10_percent': 0.0, 'fingerprint': 'abc',
+        'thickness_variation': 0.333333333333, 'within_10_percent': 0.0, 'fingerprint': 'abc',
         'coverage': 0.75, 'gap_count': 1, 'gap_length_mm': 1.0, 'offset_mean_mm': 0.5,
         'stamp_ns': START_NS + 10 * 10**9, 'time_s': 1_700_000_010.1234567,
         'bag': 'prints/vase.mcap', 'hand_eye': 'cell.calib', 'versions': {'bpc': '0.1.0'},

@@ -44,6 +44,7 @@ class NumbersPanel:
             self._thickness = elements.number('newest thickness', 'mm', 'largest')
             self._target = elements.number('target', 'mm')
             self._deviation = elements.number('off target', '%')
+            self._expected = elements.number('comes to', 'mm')
             self._mean = elements.number('mean ± deviation', 'mm')
             self._known = elements.number('known', '%')
             self._gaps = elements.number('in gaps', 'mm')
@@ -55,6 +56,7 @@ class NumbersPanel:
         target = advice.target_thickness if advice.target_thickness > 0 else math.nan
         self._thickness.set_text(in_mm(advice.measured_thickness))
         self._target.set_text(in_mm(target))
+        self._expected.set_text(in_mm(advice.expected_thickness))
         self._deviation.set_text(in_percent(advice.measured_thickness / target - 1, '+.1%'))
 
     def show_profile(self, profile: ThicknessProfile | None) -> None:

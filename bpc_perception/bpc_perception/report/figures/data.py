@@ -11,6 +11,8 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.display.units import MM_PER_M
 
 LEAST_OFFSET_MM = 0.05  # a smaller range would show mere noise
+RANGE_MARGIN = 0.25  # of what is shown, above and below
+LEAST_MARGIN = 0.03  # of the largest thickness: more would show mere noise
 EMPTY_CEILING_MM = 1.0  # of an axis on which nothing is drawn
 
 
@@ -58,6 +60,24 @@ def thickness_ceiling(profile: ThicknessProfile, targets: WidthTargets | None) -
         return EMPTY_CEILING_MM
     highest = np.nanmax(np.append(profile.thickness + np.nan_to_num(profile.sigma), usual))
     return 1.1 * MM_PER_M * float(min(highest, 2 * usual))
+
+
+def thickness_range(profile: ThicknessProfile,
+                    targets: WidthTargets | None) -> tuple[float, float]:
+    """Return between which thicknesses a curve is shown at first [mm].
+
+    Near enough for one standard deviation to be seen, with the target, and without outliers.
+    """
+    wanted = np.empty(0) if targets is None else targets.thickness
+    known = np.isfinite(profile.sigma)
+    low, high = profile.thickness[known] - profile.sigma[known], (
+        profile.thickness[known] + profile.sigma[known])
+    if not len(low) + len(wanted):
+        return 0.0, EMPTY_CEILING_MM
+    ends = (float(np.append(wanted, np.percentile(low, 1) if len(low) else []).min()),
+            float(np.append(wanted, np.percentile(high, 99) if len(low) else []).max()))
+    margin = max(RANGE_MARGIN * (ends[1] - ends[0]), LEAST_MARGIN * ends[1])
+    return MM_PER_M * max(0.0, ends[0] - margin), MM_PER_M * (ends[1] + margin)
 
 
 def offset_range(profile: ThicknessProfile) -> tuple[float, float]:

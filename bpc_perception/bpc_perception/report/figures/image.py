@@ -38,7 +38,7 @@ def image_figure(result: Result) -> Figure:
     profile, camera = result.profile, result.capture.camera
     assert profile is not None
     figure = Figure(legend_y=-0.01)
-    path, profile = path_pixels(result, profile.points), as_shown(profile)
+    path, profile = path_pixels(result, profile.feet), as_shown(profile)
     sides = (('left side', LEFT_COLOUR, path_pixels(result, profile.left_points)),
              ('right side', RIGHT_COLOUR, path_pixels(result, profile.right_points)))
     for layer, own in layers_of(profile):

@@ -16,7 +16,7 @@ from bpc_perception.display.legend import (
 )
 from bpc_perception.display.overlay import path_pixels
 from bpc_perception.display.units import MM_PER_M
-from bpc_perception.report.figures.data import thickness_ceiling
+from bpc_perception.report.figures.data import thickness_range
 from bpc_perception.report.figures.figure import Figure
 from bpc_perception.report.figures.style import (
     axis,
@@ -52,9 +52,14 @@ def thickness_figure(result: Result, targets: WidthTargets | None, dead_band: fl
         figure.add_shape('rect', x0=start, x1=end, y0=0, y1=0.03, yref='y domain',
                          name='advice window', showlegend=True, fillcolor=WINDOW_COLOUR,
                          line={'color': TARGET_COLOUR, 'width': 0.5})
+    shown = {'range': thickness_range(profile, targets)}
+    if not np.isfinite(profile.height + profile.height_sigma).any():
+        return figure.lay_out(xaxis=axis('arc length [mm]'), yaxis2=FULL_HEIGHT_AXIS,
+                              yaxis=axis('thickness [mm]', **shown))
     return figure.lay_out(
-        xaxis=axis('arc length [mm]'), yaxis2=FULL_HEIGHT_AXIS,
-        yaxis=axis('thickness, height [mm]', range=(0, thickness_ceiling(profile, targets))))
+        xaxis=axis('arc length [mm]', anchor='y3'), yaxis2=FULL_HEIGHT_AXIS,
+        yaxis=axis('thickness [mm]', domain=(0.38, 1), **shown),
+        yaxis3=axis('height [mm]', domain=(0, 0.3), anchor='x', rangemode='tozero'))
 
 
 def _add_measured(figure: Figure, result: Result) -> None:
@@ -70,7 +75,7 @@ def _add_measured(figure: Figure, result: Result) -> None:
     figure.add(
         'scatter', x=single(arc), y=single(np.where(measured, thickness, np.nan)), mode='lines',
         name='thickness', line={'color': STATUS_COLOURS[Status.MEASURED], 'width': 1.5},
-        customdata=single(np.column_stack((sigma, path_pixels(result, profile.points)))),
+        customdata=single(np.column_stack((sigma, path_pixels(result, profile.feet)))),
         hovertemplate='%{y:.3f} ± %{customdata[0]:.3f} mm at %{x:.1f} mm<extra></extra>')
 
 
@@ -82,10 +87,10 @@ def _add_height(figure: Figure, profile: ThicknessProfile) -> None:
         return
     figure.add('scatter', **band_outline(arc, height - sigma, height + sigma), mode='lines',
                fill='toself', fillcolor=HEIGHT_COLOUR, opacity=0.3, line={'width': 0},
-               showlegend=False, hoverinfo='skip')
+               yaxis='y3', showlegend=False, hoverinfo='skip')
     figure.add(
         'scatter', x=single(arc), y=single(np.where(np.isfinite(sigma), height, np.nan)),
-        mode='lines', name='height', line={'color': HEIGHT_COLOUR, 'width': 1.5},
+        yaxis='y3', mode='lines', name='height', line={'color': HEIGHT_COLOUR, 'width': 1.5},
         customdata=single(sigma),
         hovertemplate='%{y:.3f} ± %{customdata:.3f} mm high at %{x:.1f} mm<extra></extra>')
 

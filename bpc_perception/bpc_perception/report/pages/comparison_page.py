@@ -20,7 +20,7 @@ from bpc_perception.report.comparison import (
 )
 from bpc_perception.report.figures.data import pen_up
 from bpc_perception.report.figures.figure import Figure
-from bpc_perception.report.figures.style import axis, single
+from bpc_perception.report.figures.style import axis, reference_line, single
 from bpc_perception.report.pages.page import page
 
 GAP_ROW_SHARE = 0.04  # of the largest thickness, from one print's row of gaps to the next
@@ -34,7 +34,7 @@ def render(prints: Sequence[PrintResult]) -> str:
     return page(
         'compare.html.j2',
         {'thickness': _thickness_figure(coloured), 'histogram': _histogram_figure(coloured)},
-        headings=[column.heading for column in COLUMNS],
+        headings=['verdict', *(column.heading for column in COLUMNS)],
         rows=list(zip(colours, map(cells, rows(prints)), strict=True)),
         layer_headings=[column.heading for column in LAYER_COLUMNS],
         layers=[(layer, colours[number], prints[number].name, words)
@@ -59,6 +59,9 @@ def _thickness_figure(prints: Sequence[tuple[PrintResult, str]]) -> Figure:
                   legendgroup=print_.name, showlegend=False,
                   line={'color': colour, 'width': GAP_WIDTH_PX},
                   hovertemplate='gap at %{x:.1f} mm')
+    for target in sorted({print_.target_mm for print_, _ in prints if print_.target_mm}):
+        figure.add_shape('line', x0=0, x1=1, xref='x domain', y0=target, y1=target, name='target',
+                         showlegend=True, line=reference_line('dash'))
     return figure.lay_out(xaxis=axis('arc length [mm]'),
                           yaxis=axis('thickness [mm]', rangemode='tozero'))
 

@@ -38,7 +38,7 @@ def test_what_others_wrote_moves_no_cursor(tmp_path, capsys, profile, advice):
     terminal.warn('topic\x1b[1m\nOK')
     terminal.say('a:warning:b')
     terminal.files([odd])
-    terminal.show(compare.table([{'print': 'a\x1b[31m', **{
+    terminal.show(compare.table([{'print': 'a\x1b[31m', 'verdict': '-', **{
         column.key: None for column in comparison.COLUMNS}}]))
     with pytest.raises(SystemExit):
         refuse('bpc: found \x1b[2J\nOK')
