@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from bpc_perception.core.arrays import Array, Flags, Index
-
-LONGEST_SORTED_WINDOW = 19  # up to which sorting is quicker than a filter [values]
 
 
 def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
@@ -38,10 +35,15 @@ def masked_median(values: NDArray[np.floating[Any]], mask: Flags) -> Array:
 
 def runs(piece: Index) -> tuple[Index, Index]:
     """Return the first index of the run of equal numbers around each (N,), and that behind it."""
-    begins = np.flatnonzero(np.concatenate(([True], piece[1:] != piece[:-1])))[:len(piece)]
+    begins = _begins(piece)
     borders = np.append(begins, len(piece))
     length = np.diff(borders)
     return np.repeat(begins, length), np.repeat(borders[1:], length)
+
+
+def _begins(piece: Index) -> Index:
+    """Return the first index (R,) of each run of equal numbers (N,)."""
+    return np.flatnonzero(np.concatenate(([True], piece[1:] != piece[:-1])))[:len(piece)]
 
 
 def thinned(piece: Index, step: int) -> Index:
@@ -60,7 +62,7 @@ def running_median(values: Array, window: int, piece: Index) -> Array:
     columns = values.reshape(len(values), -1)
     result = np.empty_like(columns)
     index = np.arange(len(values))
-    begins = np.unique(piece, return_index=True)[1]
+    begins = _begins(piece)
     for number, column in enumerate(columns.T):
         known = np.flatnonzero(np.isfinite(column))
         if len(known) == 0:
@@ -83,7 +85,8 @@ def windows_around(piece: Index, reach: int) -> tuple[Index, Index]:
 
 def window_sums(values: Array, window: tuple[Index, Index]) -> Array:
     """Return the sums (N, K) of values (N, K) from the first row of each window to its end."""
-    total = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
+    total = np.zeros((len(values) + 1, values.shape[1]))
+    np.cumsum(values, axis=0, out=total[1:])
     return np.asarray(total[window[1]] - total[window[0]])
 
 
@@ -112,6 +115,8 @@ def last_true(flags: Flags) -> Index:
 
 def _filtered_in_pieces(values: Array, window: int, begins: Index) -> Array:
     """Return the running median of values (N,) in pieces that begin at an index (S,)."""
+    if len(begins) == 1:
+        return _filtered(values, min(window, len(values)))
     borders = np.append(begins, len(values))
     length = np.diff(borders)
     result = np.empty_like(values)
@@ -119,10 +124,7 @@ def _filtered_in_pieces(values: Array, window: int, begins: Index) -> Array:
                           strict=True):
         result[start:end] = _filtered(values[start:end], int(end - start))
     long = np.flatnonzero(length >= window)
-    if len(long) == 1:
-        part = slice(borders[long[0]], borders[long[0] + 1])
-        result[part] = _filtered(values[part], window)
-    elif len(long):
+    if len(long):
         # One pass over all: between pieces, their ends are repeated as far as a window reaches.
         half = window // 2
         place = np.concatenate([np.arange(borders[one] - half, borders[one + 1] + half)
@@ -136,9 +138,4 @@ def _filtered_in_pieces(values: Array, window: int, begins: Index) -> Array:
 
 def _filtered(values: Array, window: int) -> Array:
     """Return the running median of values (N,); the first and last values extend the ends."""
-    if window % 2 == 0 or window > LONGEST_SORTED_WINDOW:
-        return np.asarray(median_filter(values, size=window, mode='nearest'))
-    half = window // 2
-    padded = np.concatenate((np.full(half, values[0]), values, np.full(half, values[-1])))
-    windows = sliding_window_view(padded, window)
-    return np.asarray(np.partition(windows, half, axis=1)[:, half])
+    return np.asarray(median_filter(values, size=window, mode='nearest'))
