@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,10 +34,10 @@ class Verdicts:
     @classmethod
     def by_first(cls, conditions: Sequence[Condition], otherwise: Verdicts) -> Verdicts:
         """Return what the first condition that holds says of each; where none does, otherwise."""
-        holds = [condition[0] for condition in conditions]
-        return cls(*(np.select(holds, [condition[place] for condition in conditions],
-                               getattr(otherwise, field.name)).astype(np.uint8)
-                     for place, field in enumerate(fields(cls), start=1)))
+        status, cause = otherwise.status.copy(), otherwise.cause.copy()
+        for holds, its_status, its_cause in reversed(conditions):
+            status[holds], cause[holds] = its_status, its_cause
+        return cls(status, cause)
 
     def where(self, chosen: Flags, status: Status, cause: Cause = Cause.NONE) -> Verdicts:
         """Return them with others where chosen (N,)."""
