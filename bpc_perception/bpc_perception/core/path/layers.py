@@ -59,14 +59,16 @@ class LayerFinder:
         self._print_id, self._up = print_id, up
         self._time, self._order = np.empty(0), np.empty(0, np.intp)  # sorted, and whose they are
         # Of the known points of strokes, in the order in which they became known:
-        self._place: list[tuple[float, float]] = []
-        self._height: list[float] = []
-        self._arc: list[float] = []
+        self._place: list[list[float]] = []  # along the bed [m]
+        self._cell: list[list[int]] = []  # column and row of the square of ``_beside`` it is in
+        self._height: list[float] = []  # above the bed [m]
+        self._lowest = math.inf  # of these heights
+        self._arc: list[float] = []  # arc length [m]
         self._piece: list[int] = []  # the first point of the piece in which each is
         self._layer: list[int] = []
         self._rise: list[float] = []
         self._beside = BESIDE_M
-        self._cells: dict[tuple[int, int], list[int]] = {}
+        self._cells: dict[tuple[int, int], list[int]] = {}  # the points in each square
 
     def layers(self, path: DepositionPath, stroke: Index, bed: Plane) -> Layering:
         """Return what each of N points of a path lies on.
@@ -85,12 +87,10 @@ class LayerFinder:
         laid = np.flatnonzero(stroke > 0)
         known = self._known(path.time[laid])
         new = np.flatnonzero(known < 0)
-        place = self._up.coordinates(path.points[laid[new]]).tolist()
-        height, arc = self._up.height(path.points[laid[new]]).tolist(), path.arc_length[laid[new]]
+        self._see(path.points[laid[new]], path.arc_length[laid[new]], self._up)
         follows = np.append(False, (np.diff(laid) == 1) & (np.diff(stroke[laid]) == 0))
-        for number, each in enumerate(new.tolist()):
-            before = int(known[each - 1]) if follows[each] else None
-            known[each] = self._add(place[number], height[number], float(arc[number]), before)
+        for each in new.tolist():
+            known[each] = self._add(int(known[each - 1]) if follows[each] else None)
         self._remember(path.time[laid[new]], known[new])
         layer, rise = np.full(len(path), ON_TRAVEL, np.intp), np.full(len(path), np.nan)
         layer[laid] = np.array(self._layer, np.intp)[known]
@@ -110,29 +110,32 @@ class LayerFinder:
         order = np.argsort(time, kind='stable')
         self._time, self._order = time[order], number[order]
 
-    def _add(self, place: list[float], height: float, arc: float, before: int | None) -> int:
-        """Find what the next point lies on; return its number.
+    def _see(self, points: Array, arc: Array, up: Plane) -> None:
+        """Note where new points (K, 3) lie [m], at arc lengths (K,) [m]."""
+        place, height = up.coordinates(points), up.height(points)
+        self._place += place.tolist()
+        self._cell += np.floor(place / self._beside).astype(np.intp).tolist()
+        self._height += height.tolist()
+        self._lowest = min(self._lowest, float(height.min(initial=math.inf)))
+        self._arc += arc.tolist()
 
-        Args:
-            place: along the bed [m].
-            height: above it [m].
-            arc: arc length [m].
-            before: number of the point before it on the same stroke; None = it begins one.
+    def _add(self, before: int | None) -> int:
+        """Find what the next of the points lies on; return its number.
+
+        ``before`` is the number of the point before it on the same stroke; None = it begins one.
         """
         number = len(self._layer)
+        height, arc = self._height[number], self._arc[number]
         if before is not None:
             risen, gone = height - self._height[before], arc - self._arc[before]
             before = None if risen > STEEP * gone else before  # the next layer begins
-        self._place.append((place[0], place[1]))
-        self._height.append(height)
-        self._arc.append(arc)
         first = number if before is None else self._piece[before]
         self._piece.append(first)
         layer, rise = (self._like_others(number) if before is None
                        else (self._layer[before], self._rise[before]))
         self._layer.append(layer)
         self._rise.append(rise)
-        top = max(self._below(number), key=self._height.__getitem__, default=None)
+        top = self._top_below(number)
         if top is not None and self._layer[top] + 1 >= layer:
             came_upon = (self._layer[top] + 1 > layer and self._piece[top] != first
                          and arc - self._arc[first] < BRIDGE_M)
@@ -141,12 +144,19 @@ class LayerFinder:
             for each in range(first if came_upon else number, number + 1):
                 if self._piece[each] == first:
                     self._layer[each], self._rise[each] = layer, rise
-        self._cells.setdefault(self._cell(number), []).append(number)
+        u, v = self._cell[number]
+        self._cells.setdefault((u, v), []).append(number)
         return number
+
+    def _top_below(self, number: int) -> int | None:
+        """Return the highest of the earlier points right below a point; None = there is none."""
+        if self._lowest >= self._height[number] - LEAST_RISE_M:  # as all along the first layer
+            return None
+        return max(self._below(number), key=self._height.__getitem__, default=None)
 
     def _below(self, number: int) -> Iterator[int]:
         """Yield the earlier points right below a point."""
-        u, v = self._cell(number)
+        u, v = self._cell[number]
         highest = self._height[number] - LEAST_RISE_M
         for column in range(u - 1, u + 2):
             for row in range(v - 1, v + 2):
@@ -169,7 +179,7 @@ class LayerFinder:
         away = np.linalg.norm(np.array(self._place[:number]) - self._place[number], axis=1)
         near = np.flatnonzero(away < NEIGHBOUR_M)
         if len(near):
-            higher = self._height[number] - np.array(self._height)[near]
+            higher = self._height[number] - np.array(self._height[:number])[near]
             bed_may_rise = LEAST_RISE_M + STEEPEST_BED * away[near]
             nearest = int(np.argmin(away[near]))
             if abs(higher[nearest]) < bed_may_rise[nearest]:
@@ -181,7 +191,3 @@ class LayerFinder:
         if abs(self._height[number] - self._height[0]) < LEAST_RISE_M:
             return 0, math.nan
         return self._layer[number - 1], self._rise[number - 1]
-
-    def _cell(self, number: int) -> tuple[int, int]:
-        u, v = self._place[number]
-        return math.floor(u / self._beside), math.floor(v / self._beside)
