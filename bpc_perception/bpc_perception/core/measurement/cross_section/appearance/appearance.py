@@ -17,6 +17,7 @@ from bpc_perception.core.measurement.cross_section.appearance.contrast import (
     Contrast,
     core_covariance,
 )
+from bpc_perception.core.measurement.cross_section.sections.lines import less_each
 from bpc_perception.core.measurement.cross_section.sections.sections import (
     SAMPLE_STEP_PX,
     Sections,
@@ -236,7 +237,7 @@ def weighed(colour: Floats, weight: Array) -> Floats:
 
 def _less_bed(pixels: _Pixels, bed: Array) -> Floats:
     """Return colours (N, K, 3) less those of the bed (2, N, 3) on their side."""
-    return np.concatenate([pixels.colour[:, side] - colours[:, None].astype(np.float32)
+    return np.concatenate([less_each(pixels.colour[:, side], colours)
                            for side, colours in zip(pixels.sides, bed, strict=True)], axis=1)
 
 
@@ -250,4 +251,6 @@ def _pixels_in_ink(pixels: _Pixels, inked: Flags, inky: Flags) -> Flags:
 def _ink_spread(pixels: _Pixels, ink: Array, ink_pixels: Flags) -> Array:
     """Return how colours vary (3, 3) within the ink, around its colour (N, 3) at each section."""
     some = pixels.some
-    return core_covariance((pixels.colour[some] - ink[some, None])[ink_pixels[some]], INK_CORE)
+    inked = ink_pixels[some]
+    usual = ink[some][np.nonzero(inked)[0]]
+    return core_covariance(pixels.colour[some][inked] - usual, INK_CORE)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Flags, Floats, Index
-from bpc_perception.core.capture.colour_space import LIGHT
+from bpc_perception.core.capture.colour_space import LIGHT, LINEAR
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.measurement.view import View
 
@@ -41,11 +41,14 @@ def pixels_along(view: View, lines: Lines) -> Floats:
     direction = lines.lateral @ view.T_camera_base[:3, :3].T
     count, step = len(lines.offset), lines.offset[1] - lines.offset[0]
     knots = lines.offset[0] + np.arange(count // KNOT_STEP + 2) * KNOT_STEP * step
-    uv = view.capture.camera.pixels(origin[:, None] + knots[:, None] * direction[:, None])
-    start = np.moveaxis(uv, -1, 0).astype(np.float32)[..., None]
-    share = np.arange(KNOT_STEP, dtype=np.float32) / KNOT_STEP
-    between = start[:, :, :-1] + share * np.diff(start, axis=2)
-    return np.ascontiguousarray(between.reshape(2, len(lines.foot), -1)[..., :count])
+    points = np.stack([start[:, None] + knots * towards[:, None]
+                       for start, towards in zip(origin.T, direction.T, strict=True)], axis=-1)
+    start = np.moveaxis(view.capture.camera.pixels(points), -1, 0).astype(np.float32)
+    start, onward = start[..., :-1], np.diff(start, axis=2)
+    between = np.empty((*onward.shape, KNOT_STEP), np.float32)
+    for number in range(KNOT_STEP):
+        between[..., number] = start + np.float32(number / KNOT_STEP) * onward
+    return between.reshape(2, len(lines.foot), -1)[..., :count]
 
 
 def colours_at(view: View, uv: Floats) -> Floats:
@@ -60,7 +63,8 @@ def colours_at(view: View, uv: Floats) -> Floats:
     u0, v0 = np.clip(np.nan_to_num(np.fmin.reduce(uv, axis=(1, 2))), 0, last).astype(int)
     u1, v1 = np.clip(np.nan_to_num(np.fmax.reduce(uv, axis=(1, 2))), 0, last).astype(int)
     levels = image[v0:v1 + 2, u0:u1 + 2]
-    region = np.asarray(cv2.LUT(levels, LIGHT[view.colour_space]), np.float32)
+    region = (levels.astype(np.float32) if view.colour_space == LINEAR
+              else np.asarray(cv2.LUT(levels, LIGHT[view.colour_space]), np.float32))
     return _remap(region, uv - np.array((u0, v0), np.float32)[:, None, None], cv2.INTER_LINEAR,
                   cv2.BORDER_REPLICATE)
 
@@ -91,22 +95,33 @@ def heights(view: View, points: Floats, lines: Lines, normal: Array) -> Floats:
     if axis.ndim == 1:
         below = (foot @ axis).astype(np.float32)
         return np.asarray(cv2.transform(points, axis[None]), np.float32) - below[:, None]
-    above = points - foot[:, None].astype(np.float32)
+    above = less_each(points, foot)
     return np.asarray(np.matmul(above, axis.astype(np.float32)[:, :, None])[..., 0], np.float32)
 
 
 def distances_along(view: View, points: Floats, lines: Lines) -> Floats:
     """Return how far along their lines (N, M) points (N, M, 3) of the camera's frame lie [m]."""
-    from_foot = points - transform(view.T_camera_base, lines.foot)[:, None].astype(np.float32)
+    from_foot = less_each(points, transform(view.T_camera_base, lines.foot))
     across = (lines.lateral @ view.T_camera_base[:3, :3].T).astype(np.float32)
     return np.asarray(np.matmul(from_foot, across[:, :, None])[..., 0], np.float32)
+
+
+def less_each(values: Floats, origin: Array) -> Floats:
+    """Return values (N, M, 3) less those (N, 3) of their rows.
+
+    It is done column by column: NumPy is slow where its innermost loop takes three steps.
+    """
+    result = np.empty_like(values)
+    for column, less in enumerate(origin.astype(np.float32).T):
+        np.subtract(values[..., column], less[:, None], out=result[..., column])
+    return result
 
 
 def _remap(values: Floats, uv: Floats, interpolation: int, border: int) -> Floats:
     """Return values (N, M, 3) of an image (H, W, 3) at pixels (2, N, M)."""
     rows = uv.shape[1]
     blocks = [slice(start, start + LONGEST_SIDE_PX) for start in range(0, rows, LONGEST_SIDE_PX)]
-    return np.concatenate([
-        np.asarray(cv2.remap(values, uv[0, block], uv[1, block], interpolation,
-                             borderMode=border, borderValue=(np.nan,) * 3), np.float32)
-        for block in blocks])
+    parts = [np.asarray(cv2.remap(values, uv[0, block], uv[1, block], interpolation,
+                                  borderMode=border, borderValue=(np.nan,) * 3), np.float32)
+             for block in blocks]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
