@@ -60,9 +60,11 @@ class Territory:
         return (offset - self.offset[0]) / (self.offset[1] - self.offset[0])
 
     def _expects_bed(self, distance: Floats, offset: Array) -> Flags:
-        right, left = self.bed_from
-        flags: Flags = distance >= np.where(offset < 0, right[:, None], left[:, None])
-        return flags & (offset != 0)
+        flags = np.zeros(distance.shape, bool)
+        end, start = (np.searchsorted(offset, 0.0, side) for side in ('left', 'right'))
+        for side, bed_from in zip((slice(end), slice(start, None)), self.bed_from, strict=True):
+            flags[:, side] = distance[:, side] >= bed_from[:, None]
+        return flags
 
 
 def find_territory(points: Array, along: Array, layer: Index, index: Index, lateral: Array,
