@@ -63,7 +63,9 @@ class Sections:
     place: Floats
 
     def of(self, index: Index, step: int) -> Sections:
-        """Return the sections of an index (K,), which are about ``step`` apart."""
+        """Return the sections of an increasing index (K,), which are about ``step`` apart."""
+        if len(index) == len(self.piece):
+            return replace(self, spacing=self.spacing * step)
         some = {name: getattr(self, name)[index] for name in PER_SECTION}
         return replace(self, **some, clearance=self.clearance[:, index],
                        spacing=self.spacing * step)
