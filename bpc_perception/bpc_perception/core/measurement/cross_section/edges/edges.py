@@ -98,12 +98,12 @@ def _look_outward(sections: Sections, ink: Floats) -> _Outward:
         return np.concatenate((values[:, middle::-1], values[:, middle:]))
 
     share = outward(ink)
-    foreign = np.maximum.accumulate(outward(sections.foreign), axis=1)
-    bed = share < 0.5  # False where it is not seen
-    nearer, farther = (_first_run(bed | foreign, round(length / SAMPLE_STEP_PX))
-                       for length in (SETTLED_PX, GLARE_PX))
     count = share.shape[1]
-    border = np.where(foreign[:, -1], np.argmax(foreign, axis=1), count)
+    border = _first_run(outward(sections.foreign), 1)
+    bed = share < 0.5  # False where it is not seen
+    bed |= np.arange(count) >= border[:, None]
+    nearer, farther = (_first_run(bed, round(length / SAMPLE_STEP_PX))
+                       for length in (SETTLED_PX, GLARE_PX))
     before = np.arange(count) < nearer[:, None]
     hidden: Flags = np.any(outward(sections.hidden) & before, axis=1)
     outside: Flags = np.any(outward(~sections.inside) & before, axis=1)
@@ -131,4 +131,4 @@ def _first_run(flags: Flags, length: int) -> Index:
     full = np.ones((len(flags), flags.shape[1] + 1), np.uint8)
     full[:, :-1] = cv2.erode(flags.view(np.uint8), np.ones((1, length), np.uint8), anchor=(0, 0),
                              borderType=cv2.BORDER_CONSTANT, borderValue=1)
-    return np.argmax(full, axis=1)
+    return np.argmax(full.view(bool), axis=1)
