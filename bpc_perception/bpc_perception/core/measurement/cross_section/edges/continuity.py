@@ -82,8 +82,9 @@ def follow_along_path(sections: Sections, noise: Array, share: Floats, near: Loc
 def choose(sections: Sections, near: Located, far: Located, sure: Flags) -> Located:
     """Choose the nearer or the farther edge, whichever goes on along the path."""
     expected = sections.steady(np.where(sure, near.distance, np.nan))
-    share_sure = sections.steady(sure.astype(float))
-    expected = np.where(share_sure > 0.5, expected, sections.steady(far.distance))
+    mostly_sure = sections.steady(sure.astype(float)) > 0.5
+    if not mostly_sure.all():
+        expected = np.where(mostly_sure, expected, sections.steady(far.distance))
     off = np.abs(near.distance - expected)
     # Where glare on the bed hides how it goes on, there may be no farther edge.
     alone = np.isnan(far.distance) & (off <= SPIKE_PX * sections.pixel)
