@@ -41,10 +41,11 @@ def core_covariance(residual: NDArray[np.floating[Any]], core: float) -> Array:
     It is as large as if all were normally distributed, of which a core shows less, and never 0.
     """
     floor = np.eye(3) * ROUNDING**2
-    residual = residual[np.isfinite(residual).all(axis=1)]
+    size = np.linalg.norm(residual, axis=1)
+    known = np.isfinite(size)
+    residual, size = residual[known], size[known]
     if len(residual) < FEWEST_COLOURS:
         return floor
-    size = np.linalg.norm(residual, axis=1)
     inner = residual[size <= np.quantile(size, core)]
     return np.asarray(inner.T @ inner / len(inner) / _variance_of_core(core) + floor)
 
