@@ -24,6 +24,7 @@ from bpc_perception.core.measurement.cross_section.pooled_fit import (
     pooled_fit,
     PooledFit,
     UNKNOWN_M,
+    without_outliers,
 )
 
 # To either side along the path: of height, of shape, of how deep light goes.
@@ -132,10 +133,10 @@ def fit_shapes(u: Array, height: Array, piece: Index, spacing: float, foot_sigma
     fitted = (np.abs(u) <= FITTED) & (np.abs(height - usual[:, None]) < WILD_M)
     basis = (np.ones_like(u), 1 - u**2, u**2 * (1 - u**2))
     bend_sigma = ROUNDNESS_SIGMA * np.abs(usual)
-    found = fit_without_outliers(
+    free, fitted = fit_without_outliers(
         basis, height, fitted, wide, WILD_M * float(np.sqrt(repeated)),
         (UNKNOWN_M, UNKNOWN_M, bend_sigma), repeated, ROUNDS)
-    free, fitted, noise = found.fit, found.fitted, found.noise
+    fitted, noise = without_outliers(free.residual(basis, height), fitted, repeated)
     # No ink is more pointed than a parabola: fitted by one, its feet would lie too high.
     parabola = pooled_fit(basis[:2], height, fitted, wide, noise, (UNKNOWN_M, UNKNOWN_M))
     along = 2 * round(DEEP_M / spacing) + 1, piece

@@ -34,35 +34,38 @@ class PooledFit:
             basis, self.values.T, strict=True)))
 
 
-@dataclass(frozen=True)
-class RobustFit:
-    """A fit, which points (N, M) are no outliers, and the 1-sigma noise of a point [m]."""
-
-    fit: PooledFit
-    fitted: Flags
-    noise: float
-
-
 def fit_without_outliers(basis: tuple[Array, ...], height: Array, fitted: Flags,
                          window: tuple[Index, Index], noise: float,
                          sigmas: tuple[Array | float, ...], repeated: float,
-                         rounds: int) -> RobustFit:
+                         rounds: int) -> tuple[PooledFit, Flags]:
     """Fit as ``pooled_fit``, and again without the points that lie far off.
 
     ``noise`` is that of the first round, ``repeated`` how often each point is among those given.
+
+    Returns:
+        The last fit, and which points (N, M) it was made from.
     """
-    for _ in range(rounds):
+    fit = pooled_fit(basis, height, fitted, window, noise, sigmas)
+    for _ in range(rounds - 1):
+        fitted, noise = without_outliers(fit.residual(basis, height), fitted, repeated)
         fit = pooled_fit(basis, height, fitted, window, noise, sigmas)
-        residual = fit.residual(basis, height)
-        spread = spread_of(residual, fitted)
-        noise = spread * float(np.sqrt(repeated))
-        fitted = fitted & (np.abs(residual) <= OUTLIER_SIGMAS * spread)
-    return RobustFit(fit, fitted, noise)
+    return fit, fitted
+
+
+def without_outliers(residual: Array, fitted: Flags, repeated: float) -> tuple[Flags, float]:
+    """Return which of the fitted points (N, M) are no outliers, and the 1-sigma noise of a point.
+
+    ``residual`` (N, M) is how far they lie above their fits, ``repeated`` how often each is among
+    those given.
+    """
+    spread = spread_of(residual, fitted)
+    return (fitted & (np.abs(residual) <= OUTLIER_SIGMAS * spread),
+            spread * float(np.sqrt(repeated)))
 
 
 def pooled_fit(basis: tuple[Array, ...], height: Array, fitted: Flags,
-                window: tuple[Index, Index], noise: float,
-                sigmas: tuple[Array | float, ...]) -> PooledFit:
+               window: tuple[Index, Index], noise: float,
+               sigmas: tuple[Array | float, ...]) -> PooledFit:
     """Fit heights (N, M) by sums of a basis of K functions (N, M), of rows in a window together.
 
     Args:
@@ -78,7 +81,7 @@ def pooled_fit(basis: tuple[Array, ...], height: Array, fitted: Flags,
     count = len(parts)
     products = [np.einsum('nm,nm->n', parts[i], other) for i in range(count)
                 for other in (*parts[i:], high)]
-    sums = iter(window_sums(np.stack((*products, fitted.sum(axis=1)), axis=1), window).T)
+    sums = iter(window_sums(np.array((*products, fitted.sum(axis=1))).T, window).T)
     normal, right = np.empty((len(height), count, count)), np.empty((len(height), count))
     for i in range(count):
         for j in range(i, count):

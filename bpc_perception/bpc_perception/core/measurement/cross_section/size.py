@@ -113,9 +113,9 @@ def bed_level(cross: Crosswise, beside: Flags) -> tuple[Array, Array]:
     fitted = beside[:, ::BED_STEP] & (np.abs(height) < WILD_M)
     basis = (np.ones_like(x), x, x**2)
     window = windows_around(cross.piece, round(SHAPED_M / cross.spacing))
-    found = fit_without_outliers(basis, height, fitted, window, WILD_M,
-                                 (UNKNOWN_M, UNKNOWN_M, BEND_SIGMA_M), cross.repeated,
-                                 BED_ROUNDS).fit
+    found, _ = fit_without_outliers(basis, height, fitted, window, WILD_M,
+                                    (UNKNOWN_M, UNKNOWN_M, BEND_SIGMA_M), cross.repeated,
+                                    BED_ROUNDS)
     level, sigma = found.values[:, 0], np.sqrt(found.covariance[:, 0, 0])
     known = sigma < UNSEEN_SIGMA_M
     return np.where(known, level, 0.0), np.where(known, np.hypot(sigma, BED_SIGMA_M),

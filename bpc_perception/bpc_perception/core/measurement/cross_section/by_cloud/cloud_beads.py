@@ -302,13 +302,14 @@ def _change(points: _Points, start: Lines, change: Array, model: BeadModel) -> P
     by_place, by_half, by_top, _ = np.nan_to_num(change).T
     lines = Lines(start.middle + by_place, start.half + by_half)
     u, top = points.across(lines), 1 + by_top[:, None]
-    height, above, below = (model.height(np.nan_to_num(place), points.lean)
-                            for place in (u, u + STEP, u - STEP))
+    known = np.nan_to_num(u)
+    height, above, below = (model.height(place, points.lean)
+                            for place in (known, known + STEP, known - STEP))
     slope, high = (above - below) / (2 * STEP) * top, height * lines.half[:, None]
     basis = -slope * points.away[:, None], -u * slope, high, np.ones_like(u)
     off = (points.height - high + by_place[:, None] * basis[0] + by_half[:, None] * basis[1])
     fitted = (np.abs(u) < FITTED) & np.isfinite(off)
     return fit_without_outliers(
-        tuple(np.nan_to_num(part) for part in basis), off, fitted, points.window, NOISE_M,
+        basis, off, fitted, points.window, NOISE_M,
         (PLACE_SIGMA_M, HALF_SIGMA * start.half, TOP_SIGMA, BED_SIGMA_M), points.repeated,
-        ROUNDS).fit
+        ROUNDS)[0]
