@@ -111,7 +111,9 @@ def levels(window: Floats, noise: Array) -> tuple[Array, Array]:
     """Read the levels (N,) inside and outside of an edge in the middle of a window (N, J)."""
     plateau = FAR - NEAR + 1
     # What glare hides of the ink is taken for ink.
-    inside = np.sort(np.nan_to_num(window[:, :plateau], nan=1.0), axis=1)
+    inside = window[:, :plateau].copy()
+    inside[np.isnan(inside)] = 1.0
+    inside.sort(axis=1)
     # A reflection near the edge takes away from the ink: then what it leaves counts.
     fullest = (sorted_quantile(inside, FULLEST)
                - np.maximum(FULLEST_LESS, FULLEST_LESS_NOISE * noise))

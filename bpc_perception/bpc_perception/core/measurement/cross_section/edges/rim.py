@@ -164,7 +164,7 @@ def _gaussian(values: Array, inner: Array) -> tuple[Array, Array]:
 
 def between_samples(values: NDArray[np.floating[Any]], place: Array) -> Array:
     """Return values (N, K) at places (N,) or (N, J) between samples; beyond the ends, the ends."""
-    inner = np.clip(np.nan_to_num(place), 0, values.shape[1] - 1.001)
+    inner = np.minimum(np.fmax(place, 0.0), values.shape[1] - 1.001)  # NaN is the first
     base = inner.astype(np.intp)
     part = inner - base
     row = np.arange(len(values)).reshape(-1, *(1,) * (place.ndim - 1))
