@@ -174,10 +174,14 @@ def lagged(delivered: Array, command: float, elapsed: float) -> Array:
         command: in force.
         elapsed: for how long [s].
     """
+    return np.asarray(command + kept_after(elapsed) * (delivered - command))
+
+
+def kept_after(elapsed: Array | float) -> Array:
+    """Return which share (..., L) of a change is still to come behind each lag after times [s]."""
     lags = np.array(LAGS_S)
     with np.errstate(divide='ignore'):
-        keep = np.where(lags > 0, np.exp(-elapsed / lags), 0.0)
-    return np.asarray(command + keep * (delivered - command))
+        return np.where(lags > 0, np.exp(-np.asarray(elapsed)[..., None] / lags), 0.0)
 
 
 def transient_variance(delivered: Array, command: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from bpc_perception.core.advice.delivery_filter import (
     DEAD_TIME_S,
     DEAD_TIME_SIGMA_S,
-    lagged,
+    kept_after,
     LAGS_S,
 )
 from bpc_perception.core.arrays import Array, Flags, Index
@@ -92,13 +92,14 @@ def flow_behind_lags(path: DepositionPath, held: Array, known: Array) -> Array:
         known: (K, L) flow at the first points, from before.
     """
     count = len(path)
-    flow = np.empty((count, len(LAGS_S)))
+    flow = np.zeros((count, len(LAGS_S)))
     flow[:len(known)] = known
+    first = max(len(known), 1)  # at the very first point nothing has arrived
     before = np.searchsorted(path.time, path.time - DEAD_TIME_S, side='right') - 1
     arriving = np.where(before < 0, 0.0, held[before])
-    for index in range(len(known), count):
-        flow[index] = 0.0 if index == 0 else lagged(
-            flow[index - 1], arriving[index], path.time[index] - path.time[index - 1])
+    kept = kept_after(np.diff(path.time[first - 1:]))
+    for index, share in enumerate(kept, first):
+        flow[index] = arriving[index] + share * (flow[index - 1] - arriving[index])
     return flow
 
 
