@@ -214,7 +214,7 @@ class Advisor:
         observations.take(path, profile)
         if config.by_volume and (current.areas is not None or (profile.area > 0).any()):
             current.areas = current.areas or Observations(path, by_area=True)
-            current.areas.take(path, profile)
+            current.areas.take(path, profile, observations)
         laid = observations.laid
         laying = np.flatnonzero(laid.laying)
         if len(laying) == 0:

@@ -100,15 +100,24 @@ class Observations:
         self._settled: DeliveryFilter | None = None  # what settled observations have taught
         self._settled_number = 0  # of the first observation that is not settled
 
-    def take(self, path: DepositionPath, profile: ThicknessProfile) -> None:
-        """Take in the path up to a capture, and what was measured in it."""
+    def take(self, path: DepositionPath, profile: ThicknessProfile,
+             others: Observations | None = None) -> None:
+        """Take in the path up to a capture, and what was measured in it.
+
+        Others of this print that have done so tell what the path says of the ink.
+        """
         self._path = path
+        if others is not None and others._rate == self._rate:
+            self._flow, self.laid = others._flow, others.laid
+        else:
+            self._take_command(path, (profile.stamp_ns - path.start_ns) * 1e-9)
+        self._take_widths(profile)
+
+    def _take_command(self, path: DepositionPath, until: float) -> None:
         rate = commanded_rates(path, self._rate)
         held = held_rates(rate)
         self._flow = flow_behind_lags(path, held, self._flow)
-        self.laid = laid_along(path, rate, held, self._flow,
-                               (profile.stamp_ns - path.start_ns) * 1e-9)
-        self._take_widths(profile)
+        self.laid = laid_along(path, rate, held, self._flow, until)
 
     def _take_widths(self, profile: ThicknessProfile) -> None:
         new = np.full(len(self._path) - len(self._width), np.nan)
