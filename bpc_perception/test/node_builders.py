@@ -19,7 +19,7 @@ from bpc_interfaces.msg import ExtrusionState, RateAdvice, ThicknessProfile
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.path import path_to_message
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp, stamp_to_ns
 from bpc_perception.nodes.path_recorder import PathRecorderNode
 from bpc_perception.nodes.thickness import ThicknessNode

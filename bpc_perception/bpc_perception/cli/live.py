@@ -23,7 +23,7 @@ from bpc_perception.drivers.cameras import check_back_end
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder, name_other_sections
 from bpc_perception.messages import topics
-from bpc_perception.messages.flange_poses import FlangePoses
+from bpc_perception.messages.poses.flange_poses import FlangePoses
 from bpc_perception.recording.path_journal import default_folder
 from bpc_perception.recording.print_folder import PRINTS
 from bpc_perception.report.result_folder import expect_room_for

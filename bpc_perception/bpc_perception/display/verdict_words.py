@@ -19,14 +19,13 @@ LEAST = {DefectKind.THIN, DefectKind.LOW, DefectKind.NECK}  # whose limit is the
 
 
 def verdict_in_words(verdict: PrintVerdict) -> str:
-    """Return the verdict on a print, and what it rests on, as a sentence."""
+    """Return the verdict on a print, and why, as a sentence."""
     if verdict.verdict == Verdict.FAIL:
         return f'{NAMES[Verdict.FAIL]}: {_counted(verdict.defects)}'
     if not verdict.ended:
         return 'good so far' if verdict.judged else NAMES[Verdict.NOT_ENOUGH_SEEN]
     if verdict.verdict == Verdict.PASS:
-        missing = not_judged(verdict)
-        return NAMES[Verdict.PASS] + (f' ({missing})' if missing else '')
+        return NAMES[Verdict.PASS]
     unseen = [each for each in verdict.strokes if each.verdict == Verdict.NOT_ENOUGH_SEEN]
     return (f'{NAMES[Verdict.NOT_ENOUGH_SEEN]}: no defect is seen, but of {len(unseen)} of '
             f'{len(verdict.strokes)} strokes too little')

@@ -18,8 +18,8 @@ from bpc_interfaces.msg import DepositionPathUpdate
 from bpc_perception.core.config import BagRecorderConfig
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
-from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import print_id_in
+from bpc_perception.messages.poses.flange_poses import FlangePoses
 from bpc_perception.nodes.parts.recording_watch import RecordingWatch
 from bpc_perception.recording.bag_writer import BagWriter, begin_recording
 from bpc_perception.recording.capture_packing import CapturePacker, Entry

@@ -16,7 +16,7 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import PoseConfig
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture_pairing import CapturePairer
-from bpc_perception.messages.flange_poses import FlangePoses, LBR_STATE_TYPE
+from bpc_perception.messages.poses.flange_poses import FlangePoses, LBR_STATE_TYPE
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.messages.types import message_type, MessageTypeError
 from bpc_perception.recording.bag import Bag, BagError

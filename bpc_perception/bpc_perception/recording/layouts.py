@@ -16,7 +16,7 @@ from geometry_msgs.msg import PoseStamped
 import numpy as np
 from rclpy.serialization import deserialize_message
 
-from bpc_perception.messages.stamped_pose import stamped_pose_in
+from bpc_perception.messages.poses.stamped_pose import stamped_pose_in
 from bpc_perception.messages.types import message_definition, message_type, MessageTypeError
 from bpc_perception.recording.storage.raw_message import Channel
 

@@ -22,8 +22,8 @@ from bpc_perception.core.watch.clocks import ADVICE, Clocks
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.extruder import extruder_from_message
-from bpc_perception.messages.flange_poses import FlangePoses
 from bpc_perception.messages.path import path_from_message
+from bpc_perception.messages.poses.flange_poses import FlangePoses
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.recording.bag import Bag, BagError, BagMessage
 from bpc_perception.recording.contents import find_topics, is_recorded

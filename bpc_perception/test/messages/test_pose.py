@@ -8,7 +8,7 @@ import numpy as np
 from perception_builders import pose
 import pytest
 
-from bpc_perception.messages.pose import pose_to_matrix, pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_matrix, pose_to_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 
 pytestmark = pytest.mark.ros

@@ -31,8 +31,8 @@ from sensor_msgs.msg import JointState
 from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
-from bpc_perception.messages.flange_poses import FlangePoses
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.flange_poses import FlangePoses
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 from bpc_perception.messages.types import message_type, MessageTypeError
 from bpc_perception.nodes.path_recorder import PathRecorderNode

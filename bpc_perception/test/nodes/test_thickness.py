@@ -37,7 +37,7 @@ from bpc_perception.files.hand_eye_file import HandEyeError
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.path import path_from_message, path_to_message
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.nodes.thickness import ThicknessNode
 

@@ -31,7 +31,7 @@ from std_msgs.msg import Header
 from bpc_interfaces.msg import DepositionPath, ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp, stamp_to_ns
 from bpc_perception.recording.bag import Bag
 from bpc_perception.recording.offline import measure_bag

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 
 from bpc_perception.core.robot.kinematics import JOINTS
 from bpc_perception.messages import topics
-from bpc_perception.messages.flange_poses import LBR_STATE_TYPE
+from bpc_perception.messages.poses.flange_poses import LBR_STATE_TYPE
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.messages.types import message_type, MessageTypeError
 from bpc_perception.runtime.parameters import NodeConfig

@@ -18,7 +18,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.drivers.cameras import CameraError
 from bpc_perception.messages import topics
-from bpc_perception.messages.pose import pose_to_matrix
+from bpc_perception.messages.poses.pose import pose_to_matrix
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_sim.closed_loop.job import ClosedLoopJob
 from bpc_sim.ink.extrusion import Extrusion

@@ -7,7 +7,7 @@ from std_msgs.msg import Header
 
 from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.core.config import BASE
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_sim.printer.print_job import PrintJob
 

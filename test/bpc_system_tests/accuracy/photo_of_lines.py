@@ -23,7 +23,7 @@ from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.config import BASE
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.recording.bag_writer import BagWriter
 from bpc_system_tests.accuracy.published import beside_repository

@@ -19,7 +19,7 @@ from bpc_perception.core.robot.kinematics import flange_pose, JOINTS
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.recording.bag_writer import BagWriter
 from bpc_sim.scene.calibration_rig import CalibrationRig

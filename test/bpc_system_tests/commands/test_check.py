@@ -20,7 +20,7 @@ from std_msgs.msg import Bool
 from bpc_interfaces.msg import ExtrusionState
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.messages.stamps import ns_to_stamp
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_sim.printer.scenarios import SCENARIOS

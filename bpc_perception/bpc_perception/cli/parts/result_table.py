@@ -19,6 +19,7 @@ from bpc_perception.display.plain_text import one_line
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.verdict_words import (
     defect_in_words,
+    not_judged,
     place_in_words,
     verdict_in_words,
 )
@@ -104,7 +105,8 @@ def _line(cells: tuple[str, ...]) -> str:
 
 def show_verdict(terminal: Terminal, verdict: PrintVerdict) -> None:
     """Say whether a print is good."""
-    terminal.emit('verdict', f'{one_line(verdict.print_id)}: {verdict_in_words(verdict)}',
+    words = '; '.join(filter(None, (verdict_in_words(verdict), not_judged(verdict))))
+    terminal.emit('verdict', f'{one_line(verdict.print_id)}: {words}',
                   print_id=verdict.print_id, **verdict_entry(verdict))
 
 

@@ -31,7 +31,7 @@ from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.display.units import NS_PER_S, S_PER_NS
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import image_to_rgb
-from bpc_perception.messages.flange_poses import FlangePoses
+from bpc_perception.messages.poses.flange_poses import FlangePoses
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 
 # A message with a header begins with its stamp, behind 4 bytes of CDR.

@@ -13,8 +13,8 @@ from rclpy.time import Time
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import PoseConfig
 from bpc_perception.messages import topics
-from bpc_perception.messages.flange_poses import FlangePoses
-from bpc_perception.messages.pose import transform_to_matrix
+from bpc_perception.messages.poses.flange_poses import FlangePoses
+from bpc_perception.messages.poses.pose import transform_to_matrix
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.nodes.parts.single_source import subscribe_single_source
 from bpc_perception.runtime.clock import expect_not_ahead

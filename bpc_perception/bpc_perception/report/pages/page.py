@@ -42,7 +42,9 @@ def _embed(environment: Environment, name: str, figure: Figure) -> Markup:
 
 def number(value: float | None, digits: int = 3) -> str:
     """Return a number of the summary for reading; a dash for none."""
-    return '-' if value is None or math.isnan(value) else f'{value:.{digits}f}'
+    if value is None or math.isnan(value):
+        return '-'
+    return f'{round(value, digits) + 0.0:.{digits}f}'  # no minus in front of 0
 
 
 def mm(value: float | None, digits: int = 3) -> str:

@@ -21,7 +21,7 @@ from bpc_perception.cli.parts.rig_listener import (
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.messages import topics
-from bpc_perception.messages.pose import pose_to_message
+from bpc_perception.messages.poses.pose import pose_to_message
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_perception.runtime.transport.dds_profiles import FOLDER
 

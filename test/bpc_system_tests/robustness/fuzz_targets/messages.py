@@ -29,7 +29,7 @@ from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.extruder import extruder_from_message, joint_motion
 from bpc_perception.messages.path import path_from_message
-from bpc_perception.messages.pose import joints_to_matrix, pose_to_matrix
+from bpc_perception.messages.poses.pose import joints_to_matrix, pose_to_matrix
 from bpc_perception.messages.profile import (
     change_from_message,
     profile_from_message,

@@ -12,7 +12,11 @@ from bpc_perception.core.config import PoseConfig
 from bpc_perception.core.robot.clock_offset import ClockOffset
 from bpc_perception.core.robot.kinematics import may_be_arm
 from bpc_perception.messages import topics
-from bpc_perception.messages.pose import joints_to_matrix, lbr_state_to_matrix, pose_to_matrix
+from bpc_perception.messages.poses.pose import (
+    joints_to_matrix,
+    lbr_state_to_matrix,
+    pose_to_matrix,
+)
 from bpc_perception.messages.stamps import check_frame, ConversionError, stamp_to_ns
 from bpc_perception.messages.types import message_type
 

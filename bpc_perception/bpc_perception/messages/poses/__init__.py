@@ -1,0 +1,1 @@
+"""Poses of the flange from and to messages, whatever tells them."""
