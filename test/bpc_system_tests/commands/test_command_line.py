@@ -354,3 +354,18 @@ def test_table_of_the_paper_is_met(tmp_path: Path) -> None:
     for row in paper:
         assert 0.02 < row['MAE_mm'] < 0.06
         assert row['print'] in printed
+
+
+@pytest.mark.parametrize(('bag', 'status', 'words'), [
+    ('spiral_gaps', 3, 'not good: 1 × gap'), ('strokes', 0, 'good')])
+def test_measure_tells_whether_a_print_is_good(tmp_path: Path, bag: str, status: int,
+                                               words: str) -> None:
+    ended = run('measure', SAMPLE.parent / bag, '--out', tmp_path / 'out', '--verdict', '--json')
+    assert ended.returncode == status, ended.stderr
+    said = [json.loads(line) for line in ended.stdout.splitlines()]
+    verdict, = (each for each in said if each['event'] == 'verdict')
+    summary = json.loads((tmp_path / 'out' / 'summary.json').read_text())
+    assert {key: verdict[key] for key in summary['verdict']} == summary['verdict']
+    assert summary['verdict']['ended']
+    assert f'This print is <strong>{words}</strong>' in (
+        tmp_path / 'out' / 'report.html').read_text()
