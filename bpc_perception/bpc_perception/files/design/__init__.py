@@ -1,0 +1,1 @@
+"""Designs as slicers, bioprinters and people write them: G-code, and tables of points."""

@@ -1,0 +1,163 @@
+"""Follow the commands of G-code, and keep where ink is laid.
+
+Meanings are those of RS274/NGC (NIST IR 6556) and of Marlin (marlinfw.org/docs/gcode); where
+firmwares differ and it matters, the file is refused.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from bpc_perception.core.arrays import Array
+from bpc_perception.files.design.arcs import Arc, LARGEST_RADIUS_MM
+from bpc_perception.files.design.ink_commands import Extruder, InkCommands, Switch
+from bpc_perception.files.design.laid_ink import LaidInk
+from bpc_perception.files.design.refusals import refusal
+from bpc_perception.files.design.slicer_notes import SlicerNotes
+from bpc_perception.files.design.words import Command, Line, MOVES
+
+INCH_MM = 25.4
+AXES = 'XYZ'
+OF_MOVES = 'XYZEFIJKPRS'  # letters
+# They neither move the nozzle where it lays ink, nor change what numbers mean: dwell, retraction,
+# cleaning, compensation off, speeds, a bed that is measured or levelled.
+HARMLESS = {'G4', 'G8', 'G9', 'G10', 'G11', 'G12', 'G15', 'G17', 'G21', 'G22', 'G23', 'G31',
+            'G40', 'G49', 'G50', 'G54', 'G61', 'G64', 'G69', 'G80', 'G91.1', 'G93', 'G94', 'G95',
+            'G97', 'G98', 'G99'}
+# Where the nozzle is afterwards, the file does not say: homing, parking, probing.
+AWAY = {'G26', 'G27', 'G28', 'G29', 'G30', 'G32', 'G33', 'G34', 'G35', 'G36', 'G161', 'G162'}
+OTHER_PLANES = {'G18', 'G19'}
+TOOL = re.compile(r'T(\d{1,4})$')
+
+
+class Machine:
+    """A machine that follows a file, from a place that is not known.
+
+    Attributes:
+        laid: the ink so far.
+    """
+
+    def __init__(self, ink: InkCommands, notes: SlicerNotes) -> None:
+        self.laid = LaidInk()
+        self._notes = notes
+        self._switch = Switch(ink)
+        self._extruder = Extruder() if ink.by_e else None
+        self._tool = 0
+        self._unit = 1.0  # [mm]
+        self._absolute = True
+        self._move = ''
+        self._position = np.zeros(3)  # [mm]
+        self._known = np.zeros(3, bool)
+        self._origin = np.zeros(3)  # of the numbers in the file, set by G92 [mm]
+
+    def follow(self, line: Line) -> None:
+        """Take in a line. Raises DesignError where it cannot be understood."""
+        for comment in line.comments:
+            self._notes.follow(comment, line.number)
+        for command in line.commands:
+            self._switch.follow(command, self._tool)
+            if self._extruder is not None:
+                self._extruder.follow(command)
+            if command.code in ('', *MOVES):
+                self._go(command)
+            elif command.code[0] == 'T':
+                self._take(command)
+            elif command.code[0] == 'G':
+                self._set(command)
+
+    def _take(self, command: Command) -> None:
+        found = TOOL.match(command.code)
+        if not found:
+            raise refusal(command.line, 'the number of a tool', command.code, 'correct it')
+        self._tool = int(found[1])
+
+    def _set(self, command: Command) -> None:
+        """Take in a command G that is no move."""
+        code = command.code
+        if code in ('G90', 'G91'):
+            self._absolute = code == 'G90'
+        elif code in ('G20', 'G21'):
+            self._unit = INCH_MM if code == 'G20' else 1.0
+        elif code == 'G92':
+            self._name_place(command)
+        elif code in AWAY:
+            self._leave(command)
+        elif code in OTHER_PLANES:
+            raise refusal(command.line, 'arcs in the plane of x and y, G17', code,
+                          'write arcs of other planes as lines')
+        elif code not in HARMLESS or (code == 'G10' and 'L' in command.words):
+            raise refusal(command.line, 'a command that is known', command.text[:40],
+                          'leave it out if it does not move the nozzle, else write it as moves')
+
+    def _name_place(self, command: Command) -> None:
+        """Take in G92: the nozzle stays where it is, and the numbers change."""
+        for axis, letter in enumerate(AXES):
+            value = command.number(letter)
+            if value is None and command.words:
+                continue
+            named = (value or 0.0) * self._unit
+            if self._known[axis]:
+                self._origin[axis] = self._position[axis] - named
+            else:
+                self._position[axis] = self._origin[axis] + named
+                self._known[axis] = True
+
+    def _leave(self, command: Command) -> None:
+        """Take in a command that moves the nozzle who knows where. Homing ends G92."""
+        named = [letter in command.words for letter in AXES]
+        gone = np.array(named) if any(named) and command.code != 'G29' else np.ones(3, bool)
+        self._known &= ~gone
+        if command.code == 'G28':
+            self._origin[gone] = 0.0
+        self.laid.stop()
+
+    def _go(self, command: Command) -> None:
+        """Take in a move."""
+        if not command.code and not (self._move and set(OF_MOVES).issuperset(command.words)):
+            raise refusal(command.line, 'a command', command.text[:40], 'write G1 before it')
+        code = command.code or self._move
+        self._move = code
+        end, known = self._end(command, self._absolute and code != 'G7')
+        turns = code in ('G2', 'G3')
+        moves = turns or bool((end != self._position).any() or (known & ~self._known).any())
+        pushes = self._extruder is not None and self._extruder.pushes(command, moves)
+        tools = self._switch.open
+        if not moves:
+            return
+        if pushes or tools:
+            tool = tools[-1] if tools else self._tool
+            way = self._arc(command, code, end).points() if turns else end[None]
+            between = np.tile(self._known & known, (len(way) - 1, 1))
+            placed = np.vstack((self._known, between, known))
+            self.laid.lay(np.vstack((self._position, way)), placed, command.line, tool,
+                          self._notes.layer, self._notes.width(tool))
+        else:
+            self.laid.stop()
+        self._position, self._known = end, known
+
+    def _end(self, command: Command, absolute: bool) -> tuple[Array, Array]:
+        """Return where (3,) a move ends [mm], and which coordinates (3,) of it are known."""
+        end, known = self._position.copy(), self._known.copy()
+        for axis, letter in enumerate(AXES):
+            value = command.number(letter)
+            if value is None:
+                continue
+            if absolute:
+                end[axis], known[axis] = self._origin[axis] + value * self._unit, True
+            else:
+                end[axis] += value * self._unit
+        if not (np.abs(end) <= LARGEST_RADIUS_MM).all():
+            raise refusal(command.line, f'coordinates up to {LARGEST_RADIUS_MM:g} mm',
+                          command.text[:40], 'correct it')
+        return end, known
+
+    def _arc(self, command: Command, code: str, end: Array) -> Arc:
+        """Return the arc of a move."""
+        if command.number('P') or command.number('K'):
+            raise refusal(command.line, 'an arc without P and K', command.text[:40],
+                          'write each turn as an arc in the plane of x and y')
+        i, j, radius = (None if value is None else value * self._unit
+                        for value in map(command.number, 'IJR'))
+        return Arc(self._position, end, code == 'G2', i, j, radius, command.line)
