@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.design.pieces import Pieces
+from bpc_perception.core.design.poses import fitted
 from bpc_perception.core.design.recorded import RecordedInk
 from bpc_perception.core.geometry import transform
 
@@ -18,7 +19,9 @@ SAME_WAY = 0.5  # cosine
 ORDER_M = 1e-3  # of ink, by which order may be wrong by noise
 LAST = 0.98  # of what lies on the design, in its order, tells how far the print has come
 HOLE = 2.5  # points without which there is a hole in what was printed
-ROUNDS = 25
+ALIKE = 0.05  # by how much of its length a stroke may differ from its design
+SAME_COST_M = 1e-3  # that makes no alignment better
+ROUNDS, SLIDES = 25, 4
 STILL_M = 1e-7  # a step that is none
 LEAST_SPREAD_M = 5e-5  # of distances: what is nearer counts fully
 # A motion that so little depends on is not told by the path, such as a turn about a line.
@@ -68,11 +71,51 @@ def explained(pieces: Pieces, ink: RecordedInk, pose: Array) -> Alignment:
 
 def aligned(pieces: Pieces, ink: RecordedInk, pose: Array) -> Alignment:
     """Return a design that was brought as near to ink as can be, from a pose (4, 4)."""
+    found = _nearer(pieces, ink, pose)
+    along = _nearer(pieces, ink, _slid(pieces, ink, found.T_base_design))
+    return along if along.cost <= found.cost + SAME_COST_M else found
+
+
+def _nearer(pieces: Pieces, ink: RecordedInk, pose: Array) -> Alignment:
+    """Return the alignment to which a pose (4, 4) leads."""
     flat = explained(pieces, ink, _brought(pieces, ink, pose, 'turned'))
     tilted = explained(pieces, ink, _brought(pieces, ink, pose, 'tilted'))
     if tilted.cost < flat.cost - NEAR_M or flat.residual > TILTED * tilted.residual:
         return tilted
     return flat
+
+
+def _slid(pieces: Pieces, ink: RecordedInk, pose: Array) -> Array:
+    """Return a pose (4, 4) by which strokes begin and end where they were recorded.
+
+    Near to a circle, or to parallel lines, is not where they begin.
+
+    Args:
+        pieces: of the design.
+        ink: as recorded.
+        pose: that shows which stroke of the design each recorded one is.
+    """
+    matched = _Matches.of(pieces, ink, pose)
+    laid = pieces.stroke[np.where(matched.same_way, matched.piece, 0)]
+    count = np.bincount(pieces.stroke, 2 * pieces.half)
+    begin = np.concatenate(([0.0], np.cumsum(count)[:-1]))
+    source, target = [], []
+    for number, length in enumerate(ink.lengths.tolist()):
+        own = np.flatnonzero(ink.stroke == number)
+        stroke = int(np.bincount(laid[own]).argmax())
+        ratio = length / count[stroke]
+        if abs(ratio - 1) <= ALIKE:
+            share = (ink.along[own] - ink.along[own[0]]) / length
+            place = np.searchsorted(pieces.ink, begin[stroke] + share * count[stroke])
+            source.append(pieces.middle[np.minimum(place, len(pieces) - 1)])
+            target.append(ink.points[own])
+    if not source:
+        return pose
+    one, other = np.concatenate(source), np.concatenate(target)
+    for _ in range(SLIDES):
+        away = np.linalg.norm(transform(pose, one) - other, axis=1)
+        pose = fitted(one, other, 1 / np.maximum(away, NEAR_M))
+    return pose
 
 
 def refined(pieces: Pieces, ink: RecordedInk, found: Alignment) -> Alignment:

@@ -102,6 +102,9 @@ def _starts(command: Command, names: tuple[str, ...]) -> bool:
     return any(re.match(rf'{re.escape(name)}(?![\d.])', command.text) for name in names)
 
 
+LEAST_STEP = 1e-9  # of E, that pushes ink out
+
+
 @dataclass
 class ExtruderAxis:
     """The axis E as one kind of firmware reads it.
@@ -110,11 +113,13 @@ class ExtruderAxis:
         heeds_g90: whether G90 and G91 set its mode too. Marlin 2 does so, RepRapFirmware not.
         absolute: its mode.
         value: where it is.
+        step: of the last move, in which it went there.
     """
 
     heeds_g90: bool
     absolute: bool = True
     value: float = 0.0
+    step: float = 0.0
 
     def follow(self, command: Command) -> None:
         """Take in a command that sets mode or value."""
@@ -129,10 +134,11 @@ class ExtruderAxis:
         """Take in a move, and return whether ink is pushed out in it."""
         given = command.number('E')
         if given is None:
-            return False
-        step = given - self.value if self.absolute else given
-        self.value += step
-        return step > 1e-9
+            self.step = 0.0
+        else:
+            self.step = given - self.value if self.absolute else given
+        self.value += self.step
+        return self.step > LEAST_STEP
 
 
 @dataclass
@@ -146,6 +152,12 @@ class Extruder:
         """Take in a command that sets mode or value."""
         for axis in self.readings:
             axis.follow(command)
+
+    @property
+    def step(self) -> float:
+        """How far E went in the last move; NaN = the file does not say."""
+        steps = [axis.step for axis in self.readings]
+        return steps[0] if max(steps) - min(steps) < LEAST_STEP else float('nan')
 
     def pushes(self, command: Command, moves: bool) -> bool:
         """Take in a move, and return whether ink is pushed out in it.

@@ -12,6 +12,7 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.files.design.arcs import Arc, LARGEST_RADIUS_MM
+from bpc_perception.files.design.extruded_width import ExtrudedWidth
 from bpc_perception.files.design.ink_commands import Extruder, InkCommands, Switch
 from bpc_perception.files.design.laid_ink import LaidInk
 from bpc_perception.files.design.refusals import refusal
@@ -25,10 +26,15 @@ OF_MOVES = 'XYZEFIJKPRS'  # letters
 # cleaning, compensation off, speeds, a bed that is measured or levelled.
 HARMLESS = {'G4', 'G8', 'G9', 'G10', 'G11', 'G12', 'G15', 'G17', 'G21', 'G22', 'G23', 'G31',
             'G40', 'G49', 'G50', 'G54', 'G61', 'G64', 'G69', 'G80', 'G91.1', 'G93', 'G94', 'G95',
-            'G97', 'G98', 'G99'}
-# Where the nozzle is afterwards, the file does not say: homing, parking, probing.
-AWAY = {'G26', 'G27', 'G28', 'G29', 'G30', 'G32', 'G33', 'G34', 'G35', 'G36', 'G161', 'G162'}
+            'G97', 'G98', 'G99', 'G29.1', 'G29.2', 'G60', 'G392'}
+# Where the nozzle is afterwards, the file does not say: homing, parking, probing. As little does
+# it behind a command that is not known and names no place.
+AWAY = {'G26', 'G27', 'G28', 'G29', 'G30', 'G32', 'G33', 'G34', 'G35', 'G36', 'G38.2', 'G38.3',
+        'G161', 'G162', 'G380', 'G2814'}
 OTHER_PLANES = {'G18', 'G19'}
+# They change what numbers mean: offsets of tools and of work, scales, turns, absolute centres.
+CHANGING = {'G16', 'G41', 'G42', 'G43', 'G51', 'G53', 'G55', 'G56', 'G57', 'G58', 'G59', 'G68',
+            'G90.1', 'G92.1', 'G92.2', 'G92.3'}
 TOOL = re.compile(r'T(\d{1,4})$')
 
 
@@ -39,8 +45,9 @@ class Machine:
         laid: the ink so far.
     """
 
-    def __init__(self, ink: InkCommands, notes: SlicerNotes) -> None:
+    def __init__(self, ink: InkCommands, notes: SlicerNotes, extruded: ExtrudedWidth) -> None:
         self.laid = LaidInk()
+        self._extruded = extruded
         self._notes = notes
         self._switch = Switch(ink)
         self._extruder = Extruder() if ink.by_e else None
@@ -82,12 +89,15 @@ class Machine:
             self._unit = INCH_MM if code == 'G20' else 1.0
         elif code == 'G92':
             self._name_place(command)
-        elif code in AWAY:
-            self._leave(command)
         elif code in OTHER_PLANES:
             raise refusal(command.line, 'arcs in the plane of x and y, G17', code,
                           'write arcs of other planes as lines')
-        elif code not in HARMLESS or (code == 'G10' and 'L' in command.words):
+        elif code in CHANGING or (code == 'G10' and 'L' in command.words):
+            raise refusal(command.line, 'coordinates that go on as they are', command.text[:40],
+                          'write moves without it')
+        elif code in AWAY or not (code in HARMLESS or command.words):
+            self._leave(command)
+        elif code not in HARMLESS:
             raise refusal(command.line, 'a command that is known', command.text[:40],
                           'leave it out if it does not move the nozzle, else write it as moves')
 
@@ -116,7 +126,8 @@ class Machine:
     def _go(self, command: Command) -> None:
         """Take in a move."""
         if not command.code and not (self._move and set(OF_MOVES).issuperset(command.words)):
-            raise refusal(command.line, 'a command', command.text[:40], 'write G1 before it')
+            raise refusal(command.line, 'a command', command.text[:40],
+                          'write G1 before it, or make it a comment with ;')
         code = command.code or self._move
         self._move = code
         end, known = self._end(command, self._absolute and code != 'G7')
@@ -131,11 +142,20 @@ class Machine:
             way = self._arc(command, code, end).points() if turns else end[None]
             between = np.tile(self._known & known, (len(way) - 1, 1))
             placed = np.vstack((self._known, between, known))
-            self.laid.lay(np.vstack((self._position, way)), placed, command.line, tool,
-                          self._notes.layer, self._notes.width(tool))
+            way = np.vstack((self._position, way))
+            self.laid.lay(way, placed, command.line, tool, self._notes.layer,
+                          self._width(way, tool))
         else:
             self.laid.stop()
         self._position, self._known = end, known
+
+    def _width(self, way: Array, tool: int) -> float:
+        """Return the width wanted along a way (K, 3) [m]; NaN = not told."""
+        told = self._notes.width(tool)
+        if not np.isnan(told) or self._extruder is None or np.ptp(way[:, 2]) > 0:
+            return told
+        length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+        return self._extruded.at(self._extruder.step, length, float(way[0, 2]), tool)
 
     def _end(self, command: Command, absolute: bool) -> tuple[Array, Array]:
         """Return where (3,) a move ends [mm], and which coordinates (3,) of it are known."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bpc_perception.core.design.design import Design, DesignError
+from bpc_perception.files.design.extruded_width import ExtrudedWidth
 from bpc_perception.files.design.ink_commands import InkCommands
 from bpc_perception.files.design.machine import Machine
 from bpc_perception.files.design.path_table import design_from_table
@@ -23,7 +24,8 @@ def read_design(path: str | Path, ink_on: Sequence[str] = (),
 
     G-code is that of slicers, bioprinters and CNC machines, with arcs in the plane of x and y. Ink
     is laid where E rises in a move, or between commands that mean that on every machine: M760 to
-    M763 of CELLINK, M101 and M103. Widths are those that PrusaSlicer, Bambu Studio or Cura tell.
+    M763 of CELLINK, M101 and M103. Widths are those that PrusaSlicer, Bambu Studio or Cura tell,
+    or that E makes with the settings that Slic3r tells.
 
     Args:
         path: of the file; its ending tells which it is.
@@ -48,7 +50,7 @@ def design_from_g_code(text: str, ink_on: Sequence[str] = (),
     """Return the design in G-code; see ``read_design``. Raises DesignError."""
     ink = (InkCommands.named(ink_on, ink_off) if ink_on else
            InkCommands.of(command for line in read_lines(text) for command in line.commands))
-    machine = Machine(ink, SlicerNotes(text))
+    machine = Machine(ink, SlicerNotes(text), ExtrudedWidth.of(text))
     for line in read_lines(text):
         machine.follow(line)
     return machine.laid.design()

@@ -24,7 +24,7 @@ CHECKSUM = re.compile(r'\*\s*(\d+)\s*$')
 MACRO = re.compile(r'\s*(?:[A-Z_]{4,}\w*(?:\s|$)|O\s*[\d<])', re.I)
 # What follows an M is the command's own: numbers, text, names of files. Those that carry text:
 TEXT = re.compile(r'M(?:23|28|30|32|36|98|117|118|471|486|55\d|58\d|862(?:\.\d)?|997)$')
-HIDDEN = re.compile(r'\sG\d', re.I)
+HIDDEN = re.compile(r'\sG\d+(?:\.\d)?(?:\s|$)', re.I)
 LONGEST_LINE = 1000  # letters, without comments
 LARGEST_NUMBER = 1e9
 LONGEST_FOUND = 40  # letters of what was found

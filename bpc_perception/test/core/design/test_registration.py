@@ -82,6 +82,16 @@ def test_a_stroke_that_was_heard_in_two_parts_does_not_matter() -> None:
     assert error(snake(), T_base_design, register(snake(), points, stroke)) < ALLOWED
 
 
+def test_rings_tell_their_turn_by_where_they_begin() -> None:
+    angle = np.linspace(0, 2 * np.pi, 120)
+    rings = Design(tuple(
+        stroke_of(np.stack((r * np.cos(angle + begin), r * np.sin(angle + begin),
+                            0 * angle + z), axis=1).tolist(), layer)
+        for layer, z in enumerate((0.2, 0.4, 0.6)) for r, begin in ((8, 0.1), (15, 2.0))))
+    registration = found(rings, pose(PLACE, (70, 1, -2)))
+    assert error(rings, pose(PLACE, (70, 1, -2)), registration) < 0.1 * MM
+
+
 def test_places_that_look_alike_are_refused() -> None:
     """Of parallel lines the first or the last is missing: nobody knows which."""
     lines = Design(tuple(stroke_of(((0, y, 0), (20, y, 0))) for y in range(0, 20, 2)))

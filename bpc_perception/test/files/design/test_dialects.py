@@ -50,6 +50,15 @@ def test_cura() -> None:
     assert [stroke.layer for stroke in (wall, fill, skin)] == [0, 0, 1]
 
 
+def test_slic3r_tells_how_e_makes_a_width() -> None:
+    first, second, third = sample('slic3r.gcode').strokes
+    # 0.62848 mm of 1.75 mm are 1.51168 mm^3: 10 mm of 0.35 (w - 0.35 (1 - pi / 4)) mm^2.
+    assert first.widths == pytest.approx((0.507 * MM,), abs=1e-6)
+    assert second.widths == pytest.approx(np.full(len(second.widths), 0.5 * MM), rel=2e-3)
+    assert len(second.widths) > 10  # with chords of an arc
+    assert np.isnan(third.widths).all()
+
+
 def test_a_syringe_on_marlin() -> None:
     one, two, three = sample('syringe.gcode').strokes
     through(one, (10, 10, 0.25), (45, 10, 0.25))
