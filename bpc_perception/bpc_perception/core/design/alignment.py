@@ -22,7 +22,7 @@ HOLE = 2.5  # points without which there is a hole in what was printed
 ALIKE = 0.05  # by how much of its length a stroke may differ from its design
 SAME_COST_M = 1e-3  # that makes no alignment better
 ROUNDS, SLIDES = 25, 4
-STILL_M = 1e-7  # a step that is none
+STILL_M = 1e-6  # a step that is none
 LEAST_SPREAD_M = 5e-5  # of distances: what is nearer counts fully
 # A motion that so little depends on is not told by the path, such as a turn about a line.
 UNKNOWN = 0.01
@@ -223,8 +223,9 @@ def _step(pieces: Pieces, found: _Matches, how: str) -> Array:
     tangent = pieces.tangent[found.piece] * ~found.held[:, None]
     motion = motion - tangent[:, :, None] * np.einsum('nk,nkc->nc', tangent, motion)[:, None]
     root = np.sqrt(weight)[:, None]
-    solved = np.linalg.lstsq((root[:, :, None] * motion).reshape(-1, motion.shape[2]),
-                             -(root * found.offset).ravel(), rcond=UNKNOWN)[0] / size
+    matrix = (root[:, :, None] * motion).reshape(-1, motion.shape[2])
+    inverse = np.linalg.pinv(matrix.T @ matrix, rcond=UNKNOWN**2, hermitian=True)
+    solved = -inverse @ matrix.T @ (root * found.offset).ravel() / size
     count = len(turns)
     step = np.eye(4)
     step[:3, :3] = Rotation.from_rotvec(solved[:count] @ turns).as_matrix()

@@ -30,7 +30,7 @@ HARMLESS = {'G4', 'G8', 'G9', 'G10', 'G11', 'G12', 'G15', 'G17', 'G21', 'G22', '
 # Where the nozzle is afterwards, the file does not say: homing, parking, probing. As little does
 # it behind a command that is not known and names no place.
 AWAY = {'G26', 'G27', 'G28', 'G29', 'G30', 'G32', 'G33', 'G34', 'G35', 'G36', 'G38.2', 'G38.3',
-        'G161', 'G162', 'G380', 'G2814'}
+        'G39', 'G161', 'G162', 'G380', 'G2814'}
 OTHER_PLANES = {'G18', 'G19'}
 # They change what numbers mean: offsets of tools and of work, scales, turns, absolute centres.
 CHANGING = {'G16', 'G41', 'G42', 'G43', 'G51', 'G53', 'G55', 'G56', 'G57', 'G58', 'G59', 'G68',
