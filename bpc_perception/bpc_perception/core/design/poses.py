@@ -17,6 +17,7 @@ POINTS = 17  # of a stroke, that tell where it is
 ALIKE = 0.1  # by how much of their length strokes that belong together may differ
 FARTHEST_SHIFT = 500  # of one order against the other [strokes]
 TRIED_SHIFTS = 7
+PARTS = 3  # of the strokes, each of which may be complete
 ROUNDS = 12  # until what most strokes say is found
 FLOOR_M = 1e-4  # to which strokes have to agree
 TILTED = 1.15  # by how much a tilt has to bring strokes nearer, to be one
@@ -36,7 +37,8 @@ def starting_poses(design: Design, ink: RecordedInk, scaled: bool = False) -> li
     shifts = np.arange(-min(recorded - 1, FARTHEST_SHIFT), min(count, FARTHEST_SHIFT))
     weight = np.array([pairs.matching(shift) for shift in shifts.tolist()])
     likely = np.lexsort((np.abs(shifts), -weight.round(6)))[:TRIED_SHIFTS]
-    poses = [pairs.pose(int(shifts[place])) for place in likely if weight[place] > 0]
+    poses = [pose for place in likely if weight[place] > 0
+             for pose in pairs.poses(int(shifts[place]))]
     return [*poses, _pose_of_all(design, ink, scaled)]
 
 
@@ -92,14 +94,20 @@ class _Pairs:
         mine, _, fits = self._beside(shift)
         return float(self.length[mine[fits]].sum())
 
-    def pose(self, shift: int) -> Array:
-        """Return the pose (4, 4) that most strokes agree on at a shift."""
+    def poses(self, shift: int) -> list[Array]:
+        """Return poses (4, 4) that most strokes agree on at a shift: all, and each part of them.
+
+        Where a stroke is missing, only those before it are beside their own.
+        """
         mine, theirs, fits = self._beside(shift)
         mine, theirs = mine[fits], theirs[fits]
         source = self.design[theirs]
         if not self.scaled and mine[-1] == len(self.length) - 1:
             source[-1] = self.begun[theirs[-1]]
-        return _agreed(source, self.recorded[mine], self.length[mine], self.scaled)
+        parts = [slice(None), *(slice(part[0], part[-1] + 1) for part in np.array_split(
+            np.arange(len(mine)), PARTS) if len(mine) >= PARTS)]
+        return [_agreed(source[part], self.recorded[mine[part]], self.length[mine[part]],
+                        self.scaled) for part in parts]
 
 
 def _pose_of_all(design: Design, ink: RecordedInk, scaled: bool) -> Array:

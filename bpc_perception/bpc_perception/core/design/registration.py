@@ -25,6 +25,7 @@ LEAST_EXPLAINED = 0.8  # share of the recorded ink that lies on the design, in o
 LEAST_EXPLAINED_SCALED = 0.5  # the same of a design in another size
 LARGEST_MISFIT = 0.02  # of the size
 LARGEST_TILT_DEG = 10.0
+TRIED = 10  # poses
 HOPELESS = 0.5  # of the ink, by which a pose that is tried costs more than another
 COARSE, FINE = 400, 4000  # points of the recorded ink
 # Poses are the same that put the design no farther apart, and as good whose costs differ less.
@@ -87,10 +88,11 @@ def register(design: Design, points: Array, stroke: Index,
                         '; measure a print that lays ink, or tell where the design lies')
     pieces = Pieces.of(design)
     fine, coarse = ink.thinned(FINE), ink.thinned(COARSE)
-    starts = [explained(pieces, coarse, pose) for pose in starting_poses(design, fine)]
-    enough = min(start.cost for start in starts) + HOPELESS * ink.length
+    starts = sorted((explained(pieces, coarse, pose) for pose in starting_poses(design, fine)),
+                    key=lambda one: one.cost)[:TRIED]
     tried = sorted((aligned(pieces, coarse, start.T_base_design) for start in starts
-                    if start.cost <= enough), key=lambda one: one.cost)
+                    if start.cost <= starts[0].cost + HOPELESS * ink.length),
+                   key=lambda one: one.cost)
     best = refined(pieces, fine, tried[0])
     refusal = _misfit(pieces, fine, design, best) or _ambiguity(pieces, coarse, best, tried)
     if refusal:

@@ -82,6 +82,16 @@ def test_a_stroke_that_was_heard_in_two_parts_does_not_matter() -> None:
     assert error(snake(), T_base_design, register(snake(), points, stroke)) < ALLOWED
 
 
+@pytest.mark.parametrize('left_out', [(8, 4), (9, 4), (0,)])
+def test_wells_that_look_alike_are_told_by_their_order(left_out: tuple[int, ...]) -> None:
+    square = np.array(((0, 0, 0.3), (4, 0, 0.3), (4, 4, 0.3), (0, 4, 0.3), (0, 0, 0.3)))
+    plate = Design(tuple(stroke_of(np.add(square, (12 * column, 12 * row, 0)).tolist())
+                         for row in range(3) for column in range(4)))
+    points, stroke = printed(plate, pose(PLACE, (50, 0, 0)), left_out=left_out)
+    registration = register(plate, points, stroke, finished=True)
+    assert error(plate, pose(PLACE, (50, 0, 0)), registration) < ALLOWED
+
+
 def test_rings_tell_their_turn_by_where_they_begin() -> None:
     angle = np.linspace(0, 2 * np.pi, 120)
     rings = Design(tuple(
