@@ -6,23 +6,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.design.design import Design, DesignError, DesignStroke
 from bpc_perception.files.design.refusals import refusal
 
 MM = 1e-3
 MOST_POINTS = 2_000_000  # of a design
 SAME_LEVEL_MM = 0.01
-AXES = np.array(list('xyz'))
 MOST_NOTES = 20
+Point = tuple[float, float, float]  # [mm]
+Known = tuple[bool, bool, bool]  # whether each coordinate is told
 
 
 @dataclass
 class _Run:
-    """A stroke that is going on, in millimetres."""
+    """A stroke that is going on."""
 
-    points: list[Array]
-    placed: list[Flags]
+    points: list[Point]
+    placed: list[Known]
     widths: list[float]
     lines: list[int]
     tool: int
@@ -41,13 +41,14 @@ class LaidInk:
         """End the stroke that goes on, if any."""
         self._goes_on = False
 
-    def lay(self, points: Array, placed: Flags, line: int, tool: int, layer: int | None,
-            width: float) -> None:
-        """Lay ink along points (K, 3) from where the nozzle is [mm].
+    def lay(self, way: list[Point], placed: Known, known: Known, line: int, tool: int,
+            layer: int | None, width: float) -> None:
+        """Lay ink along a way.
 
         Args:
-            points: the first is where the nozzle is.
-            placed: (K, 3) which coordinates are told by then.
+            way: from where the nozzle is to where it goes.
+            placed: which coordinates were told before.
+            known: which are told now.
             line: number of the line that says so.
             tool: that lays it.
             layer: number of the layer as the file counts; None = not told.
@@ -56,21 +57,23 @@ class LaidInk:
         Raises:
             DesignError: there are too many points.
         """
-        self._count += len(points)
+        self._count += len(way)
         if self._count > MOST_POINTS:
             raise refusal(line, f'a design of up to {MOST_POINTS} points', 'more',
                           'is it the right file?')
-        last = self._runs[-1] if self._runs else None
-        if last is None or not self._goes_on or (last.tool, last.layer) != (tool, layer):
-            last = _Run([points[0]], [placed[0]], [], [], tool, layer)
-            self._runs.append(last)
-        for point, known in zip(points[1:], placed[1:], strict=True):
-            if (point != last.points[-1]).any():
-                last.points.append(point)
-                last.placed.append(known)
-                last.widths.append(width)
-                last.lines.append(line)
-        self._goes_on = True
+        if not (self._goes_on and (self._runs[-1].tool, self._runs[-1].layer) == (tool, layer)):
+            self._runs.append(_Run([way[0]], [placed], [], [], tool, layer))
+        run = self._runs[-1]
+        for number, point in enumerate(way[1:], 1):
+            told = known if number == len(way) - 1 else placed
+            if point != run.points[-1] or told != run.placed[-1]:
+                run.points.append(point)
+                run.placed.append(told)
+                run.widths.append(width)
+                run.lines.append(line)
+        self._goes_on = bool(run.widths)
+        if not run.widths:
+            self._runs.pop()
 
     def design(self) -> Design:
         """Return the design. Raises DesignError where no ink is laid at a place that is known.
@@ -78,16 +81,16 @@ class LaidInk:
         A coordinate that the file never gives absolutely counts from where the file begins. Ink
         from a place that was not known yet is left out, with a note.
         """
-        ever = np.any([np.zeros(3, bool), *(run.placed[-1] for run in self._runs)], axis=0)
+        ever = [any(run.placed[-1][axis] for run in self._runs) for axis in range(3)]
         strokes: list[_Run] = []
         notes: list[str] = []
         for run in self._runs:
-            known = ~(~np.array(run.placed) & ever).any(axis=1)
-            first = int(np.argmax(known)) if known.any() else len(known)
+            first = next((number for number, told in enumerate(run.placed)
+                          if not _missing(told, ever)), len(run.points))
             if first:
-                where = ' and '.join(AXES[~run.placed[0] & ever])
+                where = ' and '.join(_missing(run.placed[0], ever))
                 notes.append(f'line {run.lines[0]}: ink is left out up to where {where} is told')
-            if len(known) - first > 1:
+            if len(run.points) - first > 1:
                 strokes.append(_Run(run.points[first:], run.placed, run.widths[first:],
                                     run.lines[first:], run.tool, run.layer))
         if not strokes:
@@ -101,6 +104,12 @@ class LaidInk:
             DesignStroke(MM * np.array(run.points), np.array(run.widths), layer, run.tool,
                          run.lines[0])
             for run, layer in zip(strokes, layers, strict=True)), tuple(notes))
+
+
+def _missing(told: Known, ever: list[bool]) -> list[str]:
+    """Return the axes of which no coordinate is told yet, though there will be."""
+    return [name for name, known, later in zip('xyz', told, ever, strict=True)
+            if later and not known]
 
 
 def _layers(strokes: list[_Run]) -> list[int]:

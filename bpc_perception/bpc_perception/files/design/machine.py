@@ -6,18 +6,22 @@ firmwares differ and it matters, the file is refused.
 
 from __future__ import annotations
 
+from itertools import pairwise
+import math
 import re
+from typing import TypeVar
 
 import numpy as np
 
-from bpc_perception.core.arrays import Array
 from bpc_perception.files.design.arcs import Arc, LARGEST_RADIUS_MM
 from bpc_perception.files.design.extruded_width import ExtrudedWidth
 from bpc_perception.files.design.ink_commands import Extruder, InkCommands, Switch
-from bpc_perception.files.design.laid_ink import LaidInk
+from bpc_perception.files.design.laid_ink import Known, LaidInk, Point
 from bpc_perception.files.design.refusals import refusal
 from bpc_perception.files.design.slicer_notes import SlicerNotes
 from bpc_perception.files.design.words import Command, Line, MOVES
+
+Kind = TypeVar('Kind')
 
 INCH_MM = 25.4
 AXES = 'XYZ'
@@ -55,9 +59,9 @@ class Machine:
         self._unit = 1.0  # [mm]
         self._absolute = True
         self._move = ''
-        self._position = np.zeros(3)  # [mm]
-        self._known = np.zeros(3, bool)
-        self._origin = np.zeros(3)  # of the numbers in the file, set by G92 [mm]
+        self._position: Point = (0.0, 0.0, 0.0)  # [mm]
+        self._known: Known = (False, False, False)
+        self._origin = [0.0, 0.0, 0.0]  # of the numbers in the file, set by G92 [mm]
 
     def follow(self, line: Line) -> None:
         """Take in a line. Raises DesignError where it cannot be understood."""
@@ -111,16 +115,17 @@ class Machine:
             if self._known[axis]:
                 self._origin[axis] = self._position[axis] - named
             else:
-                self._position[axis] = self._origin[axis] + named
-                self._known[axis] = True
+                self._position = _with(self._position, axis, self._origin[axis] + named)
+                self._known = _with(self._known, axis, True)
 
     def _leave(self, command: Command) -> None:
         """Take in a command that moves the nozzle who knows where. Homing ends G92."""
         named = [letter in command.words for letter in AXES]
-        gone = np.array(named) if any(named) and command.code != 'G29' else np.ones(3, bool)
-        self._known &= ~gone
-        if command.code == 'G28':
-            self._origin[gone] = 0.0
+        for axis in range(3):
+            if named[axis] or not any(named) or command.code == 'G29':
+                self._known = _with(self._known, axis, False)
+                if command.code == 'G28':
+                    self._origin[axis] = 0.0
         self.laid.stop()
 
     def _go(self, command: Command) -> None:
@@ -128,56 +133,59 @@ class Machine:
         if not command.code and not (self._move and set(OF_MOVES).issuperset(command.words)):
             raise refusal(command.line, 'a command', command.text[:40],
                           'write G1 before it, or make it a comment with ;')
-        code = command.code or self._move
-        self._move = code
+        code = self._move = command.code or self._move
         end, known = self._end(command, self._absolute and code != 'G7')
         turns = code in ('G2', 'G3')
-        moves = turns or bool((end != self._position).any() or (known & ~self._known).any())
+        moves = turns or end != self._position or known != self._known
         pushes = self._extruder is not None and self._extruder.pushes(command, moves)
         tools = self._switch.open
-        if not moves:
-            return
-        if pushes or tools:
+        if pushes or (tools and moves):
             tool = tools[-1] if tools else self._tool
-            way = self._arc(command, code, end).points() if turns else end[None]
-            between = np.tile(self._known & known, (len(way) - 1, 1))
-            placed = np.vstack((self._known, between, known))
-            way = np.vstack((self._position, way))
-            self.laid.lay(way, placed, command.line, tool, self._notes.layer,
+            way = [self._position, *(self._arc(command, code, end) if turns else [end])]
+            self.laid.lay(way, self._known, known, command.line, tool, self._notes.layer,
                           self._width(way, tool))
-        else:
+        elif moves:
             self.laid.stop()
         self._position, self._known = end, known
 
-    def _width(self, way: Array, tool: int) -> float:
-        """Return the width wanted along a way (K, 3) [m]; NaN = not told."""
+    def _width(self, way: list[Point], tool: int) -> float:
+        """Return the width wanted along a way [m]; NaN = not told."""
         told = self._notes.width(tool)
-        if not np.isnan(told) or self._extruder is None or np.ptp(way[:, 2]) > 0:
+        if told == told or self._extruder is None or any(point[2] != way[0][2] for point in way):
             return told
-        length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
-        return self._extruded.at(self._extruder.step, length, float(way[0, 2]), tool)
+        length = sum(math.dist(one, two) for one, two in pairwise(way))
+        return self._extruded.at(self._extruder.step, length, way[0][2], tool)
 
-    def _end(self, command: Command, absolute: bool) -> tuple[Array, Array]:
-        """Return where (3,) a move ends [mm], and which coordinates (3,) of it are known."""
-        end, known = self._position.copy(), self._known.copy()
+    def _end(self, command: Command, absolute: bool) -> tuple[Point, Known]:
+        """Return where a move ends, and which coordinates of it are known."""
+        end, known = self._position, self._known
         for axis, letter in enumerate(AXES):
-            value = command.number(letter)
-            if value is None:
+            if letter not in command.words:
                 continue
+            value = (command.number(letter) or 0.0) * self._unit
             if absolute:
-                end[axis], known[axis] = self._origin[axis] + value * self._unit, True
+                end = _with(end, axis, self._origin[axis] + value)
+                known = _with(known, axis, True)
             else:
-                end[axis] += value * self._unit
-        if not (np.abs(end) <= LARGEST_RADIUS_MM).all():
-            raise refusal(command.line, f'coordinates up to {LARGEST_RADIUS_MM:g} mm',
-                          command.text[:40], 'correct it')
+                end = _with(end, axis, end[axis] + value)
+            if not abs(end[axis]) <= LARGEST_RADIUS_MM:
+                raise refusal(command.line, f'coordinates up to {LARGEST_RADIUS_MM:g} mm',
+                              command.text[:40], 'correct it')
         return end, known
 
-    def _arc(self, command: Command, code: str, end: Array) -> Arc:
-        """Return the arc of a move."""
+    def _arc(self, command: Command, code: str, end: Point) -> list[Point]:
+        """Return the points of an arc, without the first."""
         if command.number('P') or command.number('K'):
             raise refusal(command.line, 'an arc without P and K', command.text[:40],
                           'write each turn as an arc in the plane of x and y')
         i, j, radius = (None if value is None else value * self._unit
                         for value in map(command.number, 'IJR'))
-        return Arc(self._position, end, code == 'G2', i, j, radius, command.line)
+        arc = Arc(np.array(self._position), np.array(end), code == 'G2', i, j, radius,
+                  command.line)
+        return [(x, y, z) for x, y, z in arc.points().tolist()]
+
+
+def _with(values: tuple[Kind, Kind, Kind], axis: int, value: Kind) -> tuple[Kind, Kind, Kind]:
+    """Return three values with another one for an axis."""
+    one, two, three = values
+    return ((value, two, three), (one, value, three), (one, two, value))[axis]

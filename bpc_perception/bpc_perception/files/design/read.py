@@ -13,7 +13,7 @@ from bpc_perception.files.design.path_table import design_from_table
 from bpc_perception.files.design.slicer_notes import SlicerNotes
 from bpc_perception.files.design.words import read_lines
 
-LARGEST_BYTES = 100_000_000
+LARGEST_BYTES = 50_000_000
 G_CODE = ('.gcode', '.gco', '.g', '.nc', '.ngc', '.cnc', '.tap', '.txt')
 TABLE = '.csv'
 

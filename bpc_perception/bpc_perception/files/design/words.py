@@ -30,7 +30,7 @@ LARGEST_NUMBER = 1e9
 LONGEST_FOUND = 40  # letters of what was found
 
 
-@dataclass(frozen=True)
+@dataclass
 class Command:
     """A command with its words.
 
@@ -58,7 +58,7 @@ class Command:
         return value
 
 
-@dataclass(frozen=True)
+@dataclass
 class Line:
     """A line of G-code.
 
@@ -79,8 +79,11 @@ def read_lines(text: str) -> Iterator[Line]:
         if len(raw) > LONGEST_LINE and not raw.lstrip().startswith(';'):
             raise refusal(number, f'at most {LONGEST_LINE} letters', f'{len(raw)}',
                           'is it G-code?')
-        comments = tuple(found.strip(' ;()') for found in COMMENT.findall(raw))
-        code = COMMENT.sub(' ', raw).strip()
+        comments: tuple[str, ...] = ()
+        code = raw.strip()
+        if ';' in raw or '(' in raw:
+            comments = tuple(found.strip(' ;()') for found in COMMENT.findall(raw))
+            code = COMMENT.sub(' ', raw).strip()
         yield Line(number, _commands(number, code) if code else (), comments)
 
 
@@ -114,6 +117,8 @@ def _without_checksum(number: int, code: str) -> str:
 def _groups(number: int, code: str) -> list[Command]:
     """Return the words of a line, each command with those that follow it."""
     groups: list[Command] = []
+    words: dict[str, float | None] = {}
+    name = text = ''
     place = 0
     while place < len(code):
         found = WORD.match(code, place)
@@ -121,19 +126,18 @@ def _groups(number: int, code: str) -> list[Command]:
             raise refusal(number, 'a letter with a number', repr(code[place:][:LONGEST_FOUND]),
                           'correct it, or make it a comment with ;')
         letter, value = found[1], found[2]
-        place = found.end()
         if letter in 'GMT' and value is not None:
-            name = f'{letter}{float(value):g}'
+            if text:
+                groups.append(Command(name, words, text, number))
+            name = text = f'{letter}{float(value):g}'
+            words = {}
             if letter == 'M':
-                groups.append(_of_a_machine(number, name, code[found.start():].strip()))
-                break
-            groups.append(Command(name, {}, name, number))
-        elif letter != 'N' or groups:
-            groups = groups or [Command('', {}, '', number)]
-            groups[-1].words[letter] = None if value is None else float(value)
-            groups[-1] = Command(groups[-1].code, groups[-1].words,
-                                 f'{groups[-1].text}{letter}{value or ""}', number)
-    return groups
+                return [*groups, _of_a_machine(number, name, code[place:].strip())]
+        elif letter != 'N' or text:
+            words[letter] = None if value is None else float(value)
+            text += f'{letter}{value or ""}'
+        place = found.end()
+    return [*groups, Command(name, words, text, number)] if text else groups
 
 
 def _of_a_machine(number: int, name: str, code: str) -> Command:

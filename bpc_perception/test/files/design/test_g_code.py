@@ -52,6 +52,13 @@ def test_homing_ends_the_stroke_and_the_place_is_not_known() -> None:
     assert design.notes == ('line 5: ink is left out up to where x is told',)
 
 
+def test_ink_from_a_place_that_is_not_told_is_left_out() -> None:
+    """Also where it is told to be where the counting happens to begin."""
+    text = 'M83\nG0 Y1 Z1\nG1 X0 E1\nG1 X5 E1'
+    assert strokes(text) == [[[0, 1, 1], [5, 1, 1]]]
+    assert design_from_g_code(text).notes == ('line 3: ink is left out up to where x is told',)
+
+
 def test_ink_at_one_place_is_no_stroke_and_does_not_end_one() -> None:
     assert strokes('M83\nG0 X0 Y0 Z0\nG1 E5\nG1 X1 E1\nG1 E-1\nG1 E1\nG1 X2 E1') == [
         [[0, 0, 0], [1, 0, 0], [2, 0, 0]]]
