@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.design.design import Design
@@ -15,6 +16,8 @@ from bpc_perception.core.geometry import unit_vectors
 from bpc_perception.core.path.tangents import smoothed_tangents
 from bpc_perception.core.profile import Status, ThicknessProfile
 
+AROUND = 16  # pieces around a point, among which one of its own stroke is looked for
+BESIDE_M = 0.1e-3  # by which it may be farther
 REACH_M = 2e-3  # from the design, beyond which ink is none of it
 
 
@@ -127,5 +130,31 @@ def path_pieces(points: Array, stroke: Index, pieces: Pieces) -> Index:
     if len(laid):
         piece = runs(stroke)[0][laid]
         ways = smoothed_tangents(points[laid], piece, np.arange(len(laid)), TANGENT_M)
-        near[laid] = pieces.nearest(points[laid], np.nan_to_num(ways))
+        found = pieces.nearest(points[laid], np.nan_to_num(ways))
+        near[laid] = _on_own_stroke(points[laid], piece, found, pieces)
     return near
+
+
+def _on_own_stroke(points: Array, piece: Index, found: Index, pieces: Pieces) -> Index:
+    """Return pieces (N,) of the design's stroke that most of a path's stroke is of, if near.
+
+    At a corner the path runs neither way, and where it turns back it may seem to run as another.
+
+    Args:
+        points: (N, 3) of the path [m].
+        piece: (N,) number of the stroke of the path.
+        found: (N,) number of the design's piece.
+        pieces: of the design.
+    """
+    pair, count = np.unique(np.stack((piece, pieces.stroke[found])), axis=1, return_counts=True)
+    order = np.lexsort((count, pair[0]))
+    last = np.flatnonzero(np.diff(pair[0][order], append=-1) != 0)
+    own = pair[1][order[last]][np.searchsorted(pair[0][order[last]], piece)]
+    away, near = cKDTree(pieces.middle).query(points, min(AROUND, len(pieces)))
+    away, near = away.reshape(len(points), -1), near.reshape(len(points), -1)
+    same = pieces.stroke[near] == own[:, None]
+    first = np.argmax(same, axis=1)[:, None]
+    chosen, far = (np.take_along_axis(values, first, axis=1)[:, 0] for values in (near, away))
+    limit = np.linalg.norm(points - pieces.middle[found], axis=1) + BESIDE_M
+    wrong = (pieces.stroke[found] != own) & same.any(axis=1) & (far <= limit)
+    return np.where(wrong, chosen, found)

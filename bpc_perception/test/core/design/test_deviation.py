@@ -156,6 +156,16 @@ def test_ink_where_no_design_is_is_surplus() -> None:
     assert layer.hausdorff == layer.to_design.most
 
 
+def test_corners_beside_other_strokes_are_on_the_design() -> None:
+    """Where it turns back the path seems to run as the layer above does."""
+    design = Design((stroke_of(((0, 0, 0.3), (10, 0, 0.3), (1, 0.5, 0.3))),
+                     stroke_of(((9.8, -5, 0.4), (9.8, 5, 0.4)), layer=1)))
+    points, stroke = printed(design)
+    deviations, _, _, missing = compared(design, profile_along(points, stroke))
+    assert np.abs(deviations.nozzle[stroke > 0]).max() < 1e-6
+    assert missing == ()
+
+
 def test_layers_are_told_apart_by_height() -> None:
     design = lattice(lines=4, layers=3)
     points, stroke = printed(design)
