@@ -8,6 +8,13 @@ from typing import Annotated
 
 import typer
 
+from bpc_perception.cli.parts.design_options import (
+    DesignOption,
+    InkOffOption,
+    InkOnOption,
+    PlaceOption,
+    wanted_design,
+)
 from bpc_perception.cli.parts.options import (
     BagArgument,
     FiguresOption,
@@ -47,6 +54,10 @@ def measure(
         '--print', min=1, metavar='N', help='Report this print of the recording alone, from 1; '
         'else all, each in its own folder if there are several.')] = None,
     figures: FiguresOption = False,
+    design: DesignOption = None,
+    design_at: PlaceOption = '',
+    ink_on: InkOnOption = None,
+    ink_off: InkOffOption = None,
     verdict: Annotated[bool, typer.Option(
         '--verdict', help='Exit with 3 if a reported print is not good, with 4 if too little of '
         'one is seen.')] = False,
@@ -60,11 +71,12 @@ def measure(
     check_figures(figures)
     recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
     check_recording(out, bag)
+    wanted = wanted_design(design, design_at, ink_on, ink_off)
     expected, table = capture_count(recording.bag), ResultTable(terminal)
     check_capture(bag, capture, expected)
     with replacing(out) as folder:
         results = PrintResults(
-            folder, provenance_of(recording),
+            folder, provenance_of(recording, wanted),
             Wanted(capture, all_captures, print_number, figures), expected,
             lambda: WARNINGS.texts)
         with terminal.progress('measure', expected) as advance:

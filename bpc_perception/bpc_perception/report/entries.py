@@ -8,9 +8,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.amounts import Amount, amount_of
+from bpc_perception.core.design.comparison import DesignComparison
+from bpc_perception.core.design.deviation import Spread
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
@@ -73,6 +76,36 @@ def verdict_entry(verdict: PrintVerdict) -> dict[str, Any]:
                      'start_mm': each.start * MM_PER_M, 'end_mm': each.end * MM_PER_M,
                      'worst_mm': each.worst * MM_PER_M, 'limit_mm': each.limit * MM_PER_M,
                      'samples': each.samples} for each in verdict.defects]}
+
+
+def design_entry(name: str, found: DesignComparison) -> dict[str, Any]:
+    """Return the entry of a print beside its design, which has this name."""
+    place = found.registration
+    if place.refusal:
+        return {'file': name, 'refusal': place.refusal}
+    x, y, z = (place.T_base_design[:3, 3] * MM_PER_M).tolist()
+    yaw, _, _ = Rotation.from_matrix(place.T_base_design[:3, :3]).as_euler('zyx', degrees=True)
+    return {
+        'file': name, 'refusal': '', 'x_mm': x, 'y_mm': y, 'z_mm': z, 'yaw_degrees': float(yaw),
+        'residual_mm': place.residual * MM_PER_M,
+        **{f'{what}_off': _spread_entry(spread) for what, spread in (
+            ('nozzle', found.nozzle), ('bead', found.bead), ('width', found.width))},
+        'layers': [{'layer': each.layer, 'fidelity': each.fidelity, 'known': each.known,
+                    'designed': each.designed, 'hausdorff_mm': each.hausdorff * MM_PER_M,
+                    'to_print_95_mm': each.to_print.most_of_95 * MM_PER_M,
+                    'to_design_95_mm': each.to_design.most_of_95 * MM_PER_M}
+                   for each in found.layers],
+        'missing': [{'stroke': each.stroke, 'layer': each.layer,
+                     'presence': each.presence.name, 'start_mm': each.start * MM_PER_M,
+                     'end_mm': each.end * MM_PER_M} for each in found.missing],
+        'surplus': [{'start_mm': start, 'end_mm': end} for start, end in (
+            (found.surplus * MM_PER_M).tolist() if found.surplus is not None else [])]}
+
+
+def _spread_entry(spread: Spread) -> dict[str, Any]:
+    return {'samples': spread.count, 'mean_mm': spread.mean * MM_PER_M,
+            'rms_mm': spread.rms * MM_PER_M, 'most_mm': spread.most * MM_PER_M,
+            'most_of_95_mm': spread.most_of_95 * MM_PER_M}
 
 
 def layer_entries(profile: ThicknessProfile) -> list[dict[str, Any]]:

@@ -16,6 +16,7 @@ import numpy as np
 from bpc_perception import __version__
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
+from bpc_perception.core.design.comparison import WantedDesign
 from bpc_perception.core.parameter import flatten
 from bpc_perception.recording.inputs import Inputs, targets_of
 
@@ -31,6 +32,7 @@ class Provenance:
         versions: see versions().
         targets: the thickness wanted along the path; None = none.
         fingerprint: see fingerprint().
+        design: what the print was to be; None = not told.
     """
 
     bag: str
@@ -39,6 +41,7 @@ class Provenance:
     versions: dict[str, str]
     targets: WidthTargets | None = None
     fingerprint: str = ''
+    design: WantedDesign | None = None
 
 
 def versions() -> dict[str, str]:
@@ -76,13 +79,13 @@ def settings_of(thickness: ThicknessConfig, recorder: RecorderConfig) -> dict[st
     return settings | {f'path_recorder.{name}': value for name, _, value in flatten(recorder)}
 
 
-def provenance_of(recording: Inputs) -> Provenance:
+def provenance_of(recording: Inputs, design: WantedDesign | None = None) -> Provenance:
     """Return what the files say about where a result comes from."""
     settings = settings_of(recording.thickness, recording.recorder)
     used_versions = versions()
     return Provenance(str(recording.bag.path.absolute()), str(recording.hand_eye_file), settings,
                       used_versions, recording.targets,
-                      fingerprint(recording, settings, used_versions))
+                      fingerprint(recording, settings, used_versions), design)
 
 
 def live_provenance(recording: Path, hand_eye_file: Path, thickness: ThicknessConfig,

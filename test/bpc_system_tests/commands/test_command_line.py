@@ -369,3 +369,50 @@ def test_measure_tells_whether_a_print_is_good(tmp_path: Path, bag: str, status:
     assert summary['verdict']['ended']
     assert f'This print is <strong>{words}</strong>' in (
         tmp_path / 'out' / 'report.html').read_text()
+
+
+def write_lines(file: Path, count: int) -> Path:
+    """Write the design of the sample strokes, five lines 5 mm apart, or of more of them."""
+    rows = [f'{x},{5 * number - 10},0,{number + 1},2' for number in range(count)
+            for x in (-18, 18)]
+    file.write_text('\n'.join(('x_mm,y_mm,z_mm,stroke,width_mm', *rows, '')))
+    return file
+
+
+def test_a_print_is_compared_with_its_design(tmp_path: Path) -> None:
+    """The bed of the simulator tells where the design lies, and how it is turned."""
+    out = tmp_path / 'out'
+    succeed('measure', SAMPLE.parent / 'strokes', '--out', out, '--design',
+            write_lines(tmp_path / 'lines.csv', 5))
+    found = json.loads((out / 'summary.json').read_text())['design']
+    place = scenarios.bed_pose()
+    assert [found[name] for name in ('x_mm', 'y_mm')] == pytest.approx(
+        (place[:2, 3] * 1e3).tolist(), abs=0.3)
+    assert found['yaw_degrees'] == pytest.approx(20, abs=0.1)
+    assert found['nozzle_off']['most_mm'] < 0.05
+    assert found['bead_off']['most_mm'] < 0.1
+    assert found['layers'][0]['fidelity'] == 1
+    assert (found['missing'], found['surplus']) == ([], [])
+    assert 'Beside its design' in (out / 'report.html').read_text()
+
+
+def test_strokes_of_a_design_that_were_not_printed_are_told(tmp_path: Path) -> None:
+    out = tmp_path / 'out'
+    succeed('measure', SAMPLE.parent / 'strokes', '--out', out, '--design',
+            write_lines(tmp_path / 'lines.csv', 6), '--design-at', '550,50,21,20')
+    found = json.loads((out / 'summary.json').read_text())['design']
+    missing, = found['missing']
+    assert (missing['stroke'], missing['presence']) == (5, 'SKIPPED')
+    assert found['layers'][0]['fidelity'] == pytest.approx(5 / 6, abs=0.01)
+
+
+@pytest.mark.parametrize(('options', 'words'), [
+    (('--design-at', '1,2,3,4'), 'name its file with --design'),
+    (('--design', 'nothing.gcode'), 'nothing.gcode'),
+    (('--design', 'lines.csv', '--design-at', '1,2'), 'expected four numbers')])
+def test_a_design_that_cannot_be_taken_is_refused(tmp_path: Path, options: tuple[str, ...],
+                                                  words: str) -> None:
+    write_lines(tmp_path / 'lines.csv', 5)
+    given = [tmp_path / each if each.endswith(('.csv', '.gcode')) else each for each in options]
+    assert words in refusal('measure', SAMPLE, '--out', tmp_path / 'out', *given)
+    assert not (tmp_path / 'out').exists()
