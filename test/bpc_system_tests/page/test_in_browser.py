@@ -105,6 +105,7 @@ def test_a_print_is_shown(page: PageUnderTest) -> None:
     assert page.text('.reason') == 'what is laid now comes out too thick'
     assert f'{profile.summary.thickness_mean * 1e3:.2f}' in page.text('.area-numbers')
     assert page.text('.area-events').count('gap of') == 1
+    page.wait(lambda: page.text('.verdict') == 'not good: 1 × gap')
     page.wait(lambda: page.text('.age').endswith('s old'))
     page.wait(lambda: 'dead band height' in drawn(page))
     series = drawn(page)

@@ -13,13 +13,14 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
-from bpc_interfaces.msg import RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import PrintVerdict, RateAdvice, ThicknessProfile
 from bpc_perception.core.config import BASE
 from bpc_perception.core.parameter import flatten
 from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.profile import profile_to_message
+from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.messages.views import overlay_message
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_system_tests.parts.sample_print import settings
@@ -40,6 +41,7 @@ class FakePrinter:
         self._profiles = node.create_publisher(ThicknessProfile, topics.PROFILE,
                                                topics.RESULT_QOS)
         self._advice = node.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
+        self._verdicts = node.create_publisher(PrintVerdict, topics.VERDICT, topics.RESULT_QOS)
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.overlays = node.create_publisher(Image, topics.OVERLAY, topics.VIEW_QOS)
         self.called: list[str] = []
@@ -52,16 +54,20 @@ class FakePrinter:
     def heard(self) -> bool:
         """Whether there are subscribers of everything except the overlay."""
         return all(publisher.get_subscription_count()
-                   for publisher in (self._profiles, self._advice, self._diagnostics))
+                   for publisher in (self._profiles, self._advice, self._verdicts,
+                                     self._diagnostics))
 
     def publish(self, result: Result) -> None:
         """Publish the result of a capture as if it had been taken now."""
         assert result.profile is not None
         assert result.advice is not None
+        assert result.verdict is not None
         now_ns = time.time_ns()
         self._profiles.publish(profile_to_message(replace(result.profile, stamp_ns=now_ns), BASE))
         self._advice.publish(advice_to_message(replace(
             result.advice, stamp_ns=now_ns, valid_until_ns=now_ns + ADVICE_LIFETIME_NS)))
+        self._verdicts.publish(verdict_to_message(
+            replace(result.verdict, stamp_ns=now_ns), result.profile, BASE))
         if self.overlays.get_subscription_count():
             self.overlays.publish(overlay_message(result))
 
