@@ -40,6 +40,7 @@ setup(
         'docs': ['furo', 'myst-parser', 'sphinx'],  # the web site of docs/
         'figures': ['matplotlib'],  # --figures
         'page': ['nicegui'],  # --page
+        'printability': ['shapely'],  # bpc printability
         'test': ['pytest'],  # tells `colcon test` to run pytest
     },
     zip_safe=False,

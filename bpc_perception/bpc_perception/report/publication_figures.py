@@ -88,11 +88,11 @@ def draw_figures(result: Result, targets: WidthTargets | None) -> dict[str, byte
         figures[f'map{name}'] = 70.0, partial(draw_map, profile=profile, targets=targets, own=own)
     with rc_context(STYLE):  # type: ignore[arg-type,unused-ignore]
         return {f'{name}.{kind}': data for name, (height_mm, draw) in figures.items()
-                for kind, data in _save(height_mm, draw).items()}
+                for kind, data in save(height_mm, draw).items()}
 
 
-def _save(height_mm: float, draw: Callable[[Axes], None]) -> dict[str, bytes]:
-    """Return a figure as files in all formats."""
+def save(height_mm: float, draw: Callable[[Axes], None]) -> dict[str, bytes]:
+    """Return a figure of this height, which a function draws, as files in all formats."""
     figure = Figure((COLUMN_WIDTH_MM / MM_PER_INCH, height_mm / MM_PER_INCH))
     FigureCanvasAgg(figure)
     draw(figure.add_subplot())

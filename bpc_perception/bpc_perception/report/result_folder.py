@@ -16,7 +16,10 @@ from bpc_perception.claims.folder import FolderClaim
 
 SUMMARY = 'summary.json'
 # What a result consists of. Other files in its folder belong to someone else, and stay.
-OURS = re.compile(r'profile\.csv|summary\.json|report\.html|figures|capture_\d{4,}|print_\d+')
+# Of `bpc printability`: it is about a result, and goes with it.
+PRINTABILITY = re.compile(r'printability\.csv|pores(_layers_[\d_]+)?\.(pdf|svg)')
+OURS = re.compile(r'profile\.csv|summary\.json|report\.html|figures|capture_\d{4,}|print_\d+|'
+                  + PRINTABILITY.pattern)
 
 
 def check_out(folder: Path) -> None:
@@ -76,11 +79,16 @@ def expect_room_for(folder: Path, what: str) -> Path:
 
 
 @contextmanager
-def replacing(folder: Path) -> Iterator[Path]:
+def replacing(folder: Path, ours: re.Pattern[str] = OURS, last: str = SUMMARY) -> Iterator[Path]:
     """Give the block an empty folder whose content then replaces what a result has in ``folder``.
 
-    Nothing is changed if the block raises an exception. The summary is moved last: where it is
+    Nothing is changed if the block raises an exception. One file is moved last: where it is
     new, all the rest is in place. What a process that was killed left unfinished is removed.
+
+    Args:
+        folder: made if missing.
+        ours: names of what a result consists of; other files stay.
+        last: name of the file that tells whether there is a result.
 
     Raises OSError if the folder cannot be written to, HeldError if another process does that now.
     """
@@ -94,11 +102,11 @@ def replacing(folder: Path) -> Iterator[Path]:
             shutil.rmtree(leftover, ignore_errors=True)
         new = undo.enter_context(tempfile.TemporaryDirectory(prefix='.bpc-', dir=folder))
         yield Path(new)
-        (folder / SUMMARY).unlink(missing_ok=True)  # from here on it is no result
+        (folder / last).unlink(missing_ok=True)  # from here on it is no result
         for path in list(folder.iterdir()):
-            if OURS.fullmatch(path.name):
+            if ours.fullmatch(path.name):
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
-        for path in sorted(Path(new).iterdir(), key=lambda path: path.name == SUMMARY):
+        for path in sorted(Path(new).iterdir(), key=lambda path: path.name == last):
             os.replace(path, folder / path.name)
 
 

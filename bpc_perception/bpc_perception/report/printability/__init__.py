@@ -1,0 +1,1 @@
+"""Printability as people read it: a table, and a figure for papers."""
