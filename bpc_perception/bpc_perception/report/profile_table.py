@@ -54,7 +54,10 @@ def read_profile(file: Path, print_id: str = '') -> ThicknessProfile:
     """
     try:
         with file.open(encoding='utf-8', newline='') as stream:
-            rows = list(csv.DictReader(stream))
+            reader = csv.DictReader(stream)
+            rows = list(reader)
+        if missing := set(COLUMNS) - set(reader.fieldnames or ()):
+            raise KeyError(min(missing))
         return _profile_of({name: [row[name] for row in rows] for name in COLUMNS}, print_id)
     except (csv.Error, KeyError, TypeError, UnicodeDecodeError, ValueError) as error:
         raise ValueError(f'{file}: expected a profile as bpc writes it, found: {error!r}'

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bpc_perception.core.profile import Cause, Status
-from bpc_perception.report.profile_table import profile_csv
+from bpc_perception.core.profile import Cause, Status, ThicknessProfile
+from bpc_perception.report.profile_table import COLUMNS, profile_csv, read_profile
 
 MM = 1e-3
 
@@ -58,3 +58,42 @@ def test_floats_read_back_to_the_last_bit(profile):
 def test_time_at_the_very_start_of_the_clock(profile):
     early = replace(profile, print_start_ns=7)
     assert profile_csv(early).splitlines()[1].split(',')[1] == '0.000000007'
+
+
+def test_a_table_reads_back(profile, tmp_path):
+    nan = np.nan
+    profile = replace(
+        profile, layer=np.array((0, 0, -1, 1)), stroke=np.array((1, 1, 0, 2)),
+        seen_in=np.array((0, 0, -1, 1)), height=np.array((0.5 * MM, 0.0, nan, nan)),
+        area=np.array((MM**2, 0.0, nan, nan)), extruder_known=np.array((True, True, False, True)),
+        cause=np.array((Cause.NONE, Cause.NONE, Cause.GLARE, Cause.NONE), np.uint8))
+    file = tmp_path / 'profile.csv'
+    file.write_text(profile_csv(profile), 'utf-8')
+    read = read_profile(file, 'vase')
+    assert (read.print_id, read.print_start_ns) == ('vase', profile.print_start_ns)
+    for name in ('status', 'stroke', 'layer', 'seen_in', 'cause', 'extruder_known'):
+        np.testing.assert_array_equal(getattr(read, name), getattr(profile, name), name)
+    for name in ('time', 'arc_length', 'points', 'thickness', 'sigma', 'left', 'right', 'height',
+                 'height_sigma', 'area', 'area_sigma'):
+        np.testing.assert_allclose(getattr(read, name), getattr(profile, name), 1e-12, 1e-15,
+                                   err_msg=name)
+    # What it does not tell is not known.
+    assert np.isnan(read.left_points).all()
+    assert np.isnan(read.commanded_area).all()
+    assert profile_csv(read) == profile_csv(profile)
+
+
+def test_an_empty_table_has_no_samples(tmp_path):
+    file = tmp_path / 'profile.csv'
+    file.write_text(profile_csv(ThicknessProfile.none(0)), 'utf-8')
+    assert len(read_profile(file)) == 0
+
+
+@pytest.mark.parametrize('text', [
+    'arc_length_mm\n1\n', 'nothing', '\x00\n', ','.join(COLUMNS) + '\n' + 'x,' * 18 + '\n',
+    ','.join(COLUMNS) + '\n1,2\n'])
+def test_what_is_no_profile_is_refused(tmp_path, text):
+    file = tmp_path / 'profile.csv'
+    file.write_text(text, 'utf-8')
+    with pytest.raises(ValueError, match=r'expected a profile as bpc writes it, found: .*again'):
+        read_profile(file)

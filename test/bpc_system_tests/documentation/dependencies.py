@@ -50,8 +50,8 @@ four packages in its own lock.
 
 The table does not show what wheels contain in binary form. NumPy, SciPy and OpenCV contain
 OpenBLAS (BSD-3-Clause) and the run-time library of GNU Fortran (GPL-3.0 with the exception for
-programs that use it). OpenCV also contains FFmpeg (LGPL-2.1). Each is a library of its own. Their
-licences are in the wheels.
+programs that use it). OpenCV also contains FFmpeg, Shapely GEOS (both LGPL-2.1). Each is a
+library of its own. Their licences are in the wheels.
 
 | package | version | licence |
 |---|---|---|

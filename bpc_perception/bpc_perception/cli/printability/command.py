@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-from bpc_perception.cli.parts.measured_print import measure_print, read_result
 from bpc_perception.cli.parts.options import (
     HandEyeOption,
     JsonOption,
@@ -17,8 +16,8 @@ from bpc_perception.cli.parts.options import (
     QuietOption,
     RemapOption,
 )
-from bpc_perception.cli.parts.printability_tables import show
 from bpc_perception.cli.parts.terminal import Terminal
+from bpc_perception.cli.printability.measured_print import measure_print, read_result
 from bpc_perception.display.units import M_PER_MM
 from bpc_perception.recording import inputs
 from bpc_perception.report.outputs import check_figures
@@ -52,6 +51,7 @@ def printability(
     terminal = Terminal(quiet, json_lines)
     check_options(nozzle, out, figures)
     # Imported late: shapely is an extra.
+    from bpc_perception.cli.printability.tables import show
     from bpc_perception.core.printability.assess import assess, Conditions
     from bpc_perception.report.printability.files import check_out, write
 

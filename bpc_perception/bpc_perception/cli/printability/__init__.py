@@ -1,0 +1,1 @@
+"""``bpc printability``: its command, where a print comes from, and its tables."""
