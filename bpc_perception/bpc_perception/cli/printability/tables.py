@@ -23,7 +23,8 @@ PORE_COLUMNS = (
     ('pore', 'pore', ''), ('layers', 'layers', ''), ('x [mm]', 'x_mm', ''),
     ('y [mm]', 'y_mm', ''), ('z [mm]', 'z_mm', ''), ('area [mm²]', 'area_mm2', 'area_sigma_mm2'),
     ('perimeter [mm]', 'perimeter_mm', 'perimeter_sigma_mm'), ('Pr', 'pr', 'pr_sigma'),
-    ('ideal Pr', 'pr_ideal', ''), ('mesh [%]', 'mesh_printability_percent', ''), ('', 'note', ''))
+    ('ideal Pr', 'pr_ideal', ''),
+    ('mesh [%]', 'mesh_printability_percent', 'mesh_printability_sigma_percent'), ('', 'note', ''))
 Row = dict[str, Any]
 
 

@@ -80,7 +80,7 @@ def assess(profile: ThicknessProfile, conditions: Conditions) -> Printability:
 
 
 def pore_metrics(flat: FlatPrint, pores: list[Pore], with_width: bool) -> list[Metric]:
-    """Return the means over the pores that are told.
+    """Return the means over the pores that are told, without those that joined.
 
     Args:
         flat: the print.
@@ -95,31 +95,37 @@ def pore_metrics(flat: FlatPrint, pores: list[Pore], with_width: bool) -> list[M
         missing = 'the strands enclose none'
     else:
         missing = 'no pore has an outline that is seen all around'
+    alone = [pore for pore in pores if pore.intended <= 1]
     values = {
-        'pore_area': [(pore.area, pore.area_sigma) for pore in pores],
-        'pore_printability': [(pore.printability, pore.printability_sigma) for pore in pores],
-        'mesh_printability': [(pore.mesh_printability, pore.mesh_printability
-                               * pore.area_sigma / pore.area) for pore in pores if pore.area],
-        'pore_size_accuracy': [(pore.size_accuracy, pore.size_accuracy
-                                * pore.area_sigma / pore.area / 2) for pore in pores if pore.area]}
+        'pore_area': [(pore.area, pore.area_sigma) for pore in alone],
+        'pore_printability': [(pore.printability, pore.printability_sigma) for pore in alone],
+        'mesh_printability': [(pore.mesh_printability, pore.mesh_printability_sigma)
+                              for pore in alone],
+        'pore_size_accuracy': [(pore.size_accuracy, pore.size_accuracy_sigma)
+                               for pore in alone]}
     no_width = 'neither a target nor the inner diameter of the nozzle is known'
     return [_mean(name, found, no_width if not with_width and name in (
-        'mesh_printability', 'pore_size_accuracy') else missing)
+        'mesh_printability', 'pore_size_accuracy') else missing, len(pores) - len(alone))
         for name, found in values.items()]
 
 
-def _mean(name: str, values: list[tuple[float, float]], missing: str) -> Metric:
+def _mean(name: str, values: list[tuple[float, float]], missing: str,
+          joined: int = 0) -> Metric:
     """Return the mean of values with their uncertainties, which are taken to be alike.
 
     Args:
         name: of the metric.
         values: of it and its 1-sigma uncertainty, for each that there is.
         missing: why none is known.
+        joined: how many more there are that are several in one.
     """
     known = np.array([each for each in values if np.isfinite(each[0])]).reshape(-1, 2)
     if not len(known):
         return Metric.unknown(name, 'print', missing)
     left_out = len(values) - len(known)
-    return Metric(name, 'print', float(known[:, 0].mean()), float(np.nanmean(known[:, 1])),
-                  len(known), f'{left_out} more are not told' * (left_out > 0),
+    notes = [f'{left_out} more are not told'] * (left_out > 0)
+    notes += [f'{joined} more joined with others'] * (joined > 0)
+    sigmas = known[np.isfinite(known[:, 1]), 1]
+    return Metric(name, 'print', float(known[:, 0].mean()),
+                  float(sigmas.mean()) if len(sigmas) else np.nan, len(known), '; '.join(notes),
                   float(known[:, 0].std(ddof=1)) if len(known) > 1 else np.nan)

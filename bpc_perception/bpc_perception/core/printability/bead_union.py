@@ -49,9 +49,19 @@ def path_union(flat: FlatPrint, chosen: Flags, width: Array) -> shapely.Geometry
 
 
 def holes(shape: shapely.Geometry, narrowest: float) -> list[shapely.Polygon]:
-    """Return the holes of a shape that are wider than ``narrowest`` [m] somewhere."""
-    found = [shapely.Polygon(ring) for part in shapely.get_parts(shape) for ring in part.interiors]
-    return [hole for hole in found if not hole.buffer(-narrowest / 2).is_empty]
+    """Return the holes of a shape that are wider than ``narrowest`` [m] somewhere.
+
+    A piece of the shape that lies in a hole for itself is not of the hole.
+    """
+    parts = shapely.get_parts(shape)
+    found = []
+    for part in parts:
+        for ring in part.interiors:
+            hole = shapely.Polygon(ring)
+            islands = shapely.union_all(parts[shapely.contains(hole, parts)])
+            if not hole.buffer(-narrowest / 2).is_empty:
+                found.append(hole.difference(islands))
+    return found
 
 
 def share_off(ring: shapely.Geometry, shape: shapely.Geometry) -> float:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-GAO = 'Gao et al. 2018, PMC6040670'
-RIBEIRO = 'Ribeiro et al. 2018, PMC7116103'
+GAO = 'Gao et al. 2018, doi:10.1088/1758-5090/aacdc7'
+RIBEIRO = 'Ribeiro et al. 2018, doi:10.1088/1758-5090/aa90e2'
 OUYANG = 'Ouyang et al. 2016, doi:10.1088/1758-5090/8/3/035020'
 MESH = 'PMC10708124'
 OCT = 'Int. J. Bioprinting 9(3), p. 241'
 RATIO = 'Tian et al. 2021'
+PIPELINE = 'github.com/tmcr1234/diw-bioprinting-pipeline'
 OWN = 'bpc'
 
 
@@ -42,9 +43,10 @@ DEFINITIONS = {
         '', 'S = 1 - standard deviation / mean of the width; 1 = stable, 0 = not printable', OCT),
     'width_accuracy': Definition('%', 'mean of width / target x 100', MESH),
     'continuity': Definition('', 'length of the ink that is seen / length that was commanded',
-                             OCT),
+                             PIPELINE),
     'turn_fidelity': Definition(
-        '', 'share of the turns whose width at the apex is 0.7 to 1.5 of the median width', OCT),
+        '', 'share of the turns whose width at the apex is 0.7 to 1.5 of the median width',
+        PIPELINE),
     'strand_distance': Definition('m', 'f_d: between the lines of two parallel strands', RIBEIRO),
     'fused_length': Definition('m', 'f_s: along which two parallel strands touch', RIBEIRO),
     'fusion': Definition('', 'f_s / f_t: fused length / strand width, to be drawn over f_d',

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.filters import runs
@@ -15,6 +16,10 @@ from bpc_perception.core.profile import Status, StatusArray, ThicknessProfile
 
 STEEPEST = np.sin(np.radians(10))  # of the bed against the plane: areas are 1.5 % wrong there
 TANGENT_M = 1e-3  # of path, that tells its direction, as where widths are measured
+# Noise makes an edge longer than it is, and a pore less round. So edges are smoothed along so much
+# of the path, or along a width where that is less; a bend that is longer stays.
+SMOOTH_M = 1e-3
+PARABOLA = 3  # samples that a parabola always fits
 LONGEST_JUNCTION = 4.0  # widths, across which a strand's outline is interpolated
 
 
@@ -38,6 +43,7 @@ class FlatPrint:
         points: (N, 2) the path [m].
         ahead: (N, 2) unit vectors along the path.
         left, right: (N,) distance from the path to the sides [m], interpolated where not measured.
+        edges: (2, N) the same, smoothed.
         sigma: (N,) 1-sigma uncertainty of the width [m], the same.
         outline: (N,) values of Outline.
         spacing: of the samples along the path [m].
@@ -55,6 +61,7 @@ class FlatPrint:
     ahead: Array
     left: Array
     right: Array
+    edges: Array
     sigma: Array
     outline: Index
     spacing: float
@@ -69,13 +76,13 @@ class FlatPrint:
         return self.outline <= Outline.INTERPOLATED
 
     def sides(self, errors: Array | float = 0.0) -> tuple[Array, Array]:
-        """Return the left and the right sides (N, 2) of the beads [m].
+        """Return the left and the right sides (N, 2) of the beads, smoothed [m].
 
         Args:
             errors: (2, N) how much farther out they lie than measured [m].
         """
         lateral = np.stack((-self.ahead[:, 1], self.ahead[:, 0]), axis=1)
-        left, right = np.stack((self.left, self.right)) + errors
+        left, right = self.edges + errors
         return self.points + left[:, None] * lateral, self.points - right[:, None] * lateral
 
     def in_base(self, places: Array) -> Array:
@@ -100,12 +107,16 @@ def lay_flat(profile: ThicknessProfile) -> FlatPrint:
         profile.left, profile.right, profile.sigma))
     points = (profile.points[index] - origin) @ axes.T
     width = float(np.median(profile.thickness[index][measured])) if measured.any() else np.nan
+    spacing = typical_spacing(points) if len(points) > 1 else np.nan
+    edges = np.stack((left, right))
+    if np.isfinite(width):
+        edges = _smoothed(edges, stroke, round(min(SMOOTH_M, width) / spacing))
     return FlatPrint(
         index=index, stroke=stroke, layer=layer, arc_length=arc, points=points, ahead=ahead,
-        left=left, right=right, sigma=sigma,
+        left=left, right=right, edges=edges, sigma=sigma,
         outline=outlines(profile.status[index], stroke, arc, width),
-        spacing=typical_spacing(points) if len(points) > 1 else np.nan, width=width,
-        origin=origin, axes=axes, curved=bool((np.abs(way @ normal) > STEEPEST).any()))
+        spacing=spacing, width=width, origin=origin, axes=axes,
+        curved=bool((np.abs(way @ normal) > STEEPEST).any()))
 
 
 def outlines(status: StatusArray, stroke: Index, arc_length: Array, width: float) -> Index:
@@ -170,3 +181,15 @@ def _filled(values: Array, measured: Flags, arc_length: Array, stroke: Index) ->
         if told.any():
             filled[own] = np.interp(arc_length[own], arc_length[told], values[told])
     return filled
+
+
+def _smoothed(values: Array, stroke: Index, window: int) -> Array:
+    """Return values (K, N) smoothed by a parabola through so many samples of each stroke (N,)."""
+    smooth = values.copy()
+    for number in np.unique(stroke):
+        own = np.flatnonzero(stroke == number)
+        length = min(window, len(own))
+        length -= 1 - length % 2
+        if length > PARABOLA:
+            smooth[:, own] = savgol_filter(values[:, own], length, 2)
+    return smooth

@@ -35,6 +35,7 @@ class Pore:
         printability, printability_sigma: Pr = L^2 / (16 A).
         ideal: Pr of the pore that was intended.
         intended_area: of that [m^2]; NaN where no width was wanted.
+        intended: how many pores were intended in its place.
         interpolated: share of the outline that is interpolated; NaN where it is not told.
         samples: side points along its outline.
         outline: (K, 3) in the base frame [m].
@@ -52,6 +53,7 @@ class Pore:
     printability_sigma: float
     ideal: float
     intended_area: float
+    intended: int
     interpolated: float
     samples: int
     outline: Array
@@ -63,9 +65,20 @@ class Pore:
         return PERCENT * self.area / self.intended_area
 
     @property
+    def mesh_printability_sigma(self) -> float:
+        """Its 1-sigma uncertainty [%]."""
+        return PERCENT * self.area_sigma / self.intended_area
+
+    @property
     def size_accuracy(self) -> float:
         """Actual / intended size [%]; size is the square root of the area."""
         return PERCENT * float(np.sqrt(self.area / self.intended_area))
+
+    @property
+    def size_accuracy_sigma(self) -> float:
+        """Its 1-sigma uncertainty [%]; NaN for a pore that ink closed."""
+        share = self.area_sigma / self.area / 2 if self.area > 0 else np.nan
+        return self.size_accuracy * share
 
 
 def shape_factor(area: Array | float, perimeter: Array | float) -> Array:
@@ -143,7 +156,7 @@ def _pore(flat: FlatPrint, layers: tuple[int, ...], hole: shapely.Polygon, sigma
     return Pore(
         0, layers, _centre(flat, hole), area, float(sigma[0]), perimeter, float(sigma[1]),
         float(shape_factor(area, perimeter)), float(sigma[2]), ideal, intended_area,
-        interpolated, len(hole.exterior.coords) - 1,
+        len(intended), interpolated, len(hole.exterior.coords) - 1,
         flat.in_base(np.array(hole.exterior.coords)), '; '.join(notes))
 
 
@@ -155,7 +168,7 @@ def _missing(flat: FlatPrint, layers: tuple[int, ...], intended: shapely.Polygon
     return Pore(
         0, layers, _centre(flat, intended), 0.0 if closed else nan,
         nan, nan, nan, nan, nan, float(shape_factor(intended.area, intended.length)),
-        intended.area if with_width else nan, nan, 0, np.empty((0, 3)),
+        intended.area if with_width else nan, 1, nan, 0, np.empty((0, 3)),
         'closed by ink' if closed else 'ink does not enclose it')
 
 

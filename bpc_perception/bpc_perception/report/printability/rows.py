@@ -17,7 +17,8 @@ FILE = 'printability.csv'
 COLUMNS = ('print', 'row', 'of', 'metric', 'value', 'sigma', 'spread', 'unit', 'samples', 'note',
            'definition', 'source', 'pore', 'layers', 'x_mm', 'y_mm', 'z_mm', 'area_mm2',
            'area_sigma_mm2', 'perimeter_mm', 'perimeter_sigma_mm', 'pr', 'pr_sigma', 'pr_ideal',
-           'intended_area_mm2', 'mesh_printability_percent', 'interpolated')
+           'intended_area_mm2', 'mesh_printability_percent',
+           'mesh_printability_sigma_percent', 'interpolated')
 SHOWN_UNITS = {'m': (MM_PER_M, 'mm'), 'm^2': (MM_PER_M**2, 'mm2'), '%': (1.0, '%'), '': (1.0, '')}
 
 
@@ -43,6 +44,7 @@ def pore_row(pore: Pore) -> dict[str, Any]:
         'pr': pore.printability, 'pr_sigma': pore.printability_sigma, 'pr_ideal': pore.ideal,
         'intended_area_mm2': pore.intended_area * MM_PER_M**2,
         'mesh_printability_percent': pore.mesh_printability,
+        'mesh_printability_sigma_percent': pore.mesh_printability_sigma,
         'interpolated': pore.interpolated, 'samples': pore.samples, 'note': pore.note,
         'definition': DEFINITIONS['pore_printability'].text,
         'source': DEFINITIONS['pore_printability'].source}
