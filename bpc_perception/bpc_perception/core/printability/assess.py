@@ -70,7 +70,8 @@ def assess(profile: ThicknessProfile, conditions: Conditions) -> Printability:
     for number in numbers if len(numbers) > 1 else ():
         metrics += strand_metrics(flat, flat.stroke == number, f'stroke {number}',
                                   conditions.nozzle, target)
-    metrics += fusion_metrics(flat, profile.status[flat.index] == Status.JUNCTION)
+    metrics += fusion_metrics(flat, profile.status[flat.index] == Status.JUNCTION,
+                              np.nan if intended is None else float(np.median(intended)))
     spans = collapse_metrics(flat, profile.height[flat.index], conditions.cloud)
     metrics += spans
     if spans[0].of != 'print':

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -36,47 +37,64 @@ class Neighbours:
     distance: Array
 
 
-def fusion_metrics(flat: FlatPrint, junction: Flags) -> list[Metric]:
+def fusion_metrics(flat: FlatPrint, junction: Flags, wanted: float) -> list[Metric]:
     """Return distance, fused length and fusion of each pair of neighbouring strands.
 
     Args:
         flat: the print.
         junction: (N,) where the status is JUNCTION.
+        wanted: width of a strand that was wanted [m]; NaN = not known.
     """
-    if not np.isfinite(flat.width):
+    # Where all strands touch, none has a width.
+    width = flat.width if np.isfinite(flat.width) else wanted
+    if not np.isfinite(width):
         return [Metric.unknown(name, 'print', 'no width is measured') for name in NAMES]
-    found = [metric for pair in _neighbours(flat) for metric in _fusion(flat, pair, junction)]
+    found = [metric for pair in _neighbours(flat, width)
+             for metric in _fusion(flat, pair, junction, width)]
     return found or [Metric.unknown(name, 'print', 'no strands run beside each other within '
                                     f'{FARTHEST:g} widths') for name in NAMES]
 
 
-def _neighbours(flat: FlatPrint) -> list[Neighbours]:
-    """Return all pairs of strands of one layer that run beside each other."""
+def _neighbours(flat: FlatPrint, width: float) -> list[Neighbours]:
+    """Return all pairs of strands of one layer that run beside each other, none between them."""
     number = legs(flat)
-    samples = {leg: np.flatnonzero(number == leg) for leg in np.unique(number).tolist()}
-    trees = {leg: cKDTree(flat.points[own]) for leg, own in samples.items()}
-    reach = FARTHEST * flat.width
     found = []
-    for one, own in samples.items():
-        for two in samples:
-            if two <= one or flat.layer[own[0]] != flat.layer[samples[two][0]]:
-                continue
-            distance, place = trees[two].query(flat.points[own], distance_upper_bound=reach)
-            near = np.isfinite(distance)
-            other = samples[two][np.minimum(place, len(samples[two]) - 1)]
-            way = flat.points[other] - flat.points[own]
-            beside = (near & (np.abs((flat.ahead[own] * flat.ahead[other]).sum(axis=1))
-                              > PARALLEL)
-                      # Not behind the end of the other.
-                      & (np.abs((way * flat.ahead[other]).sum(axis=1)) <= flat.spacing))
-            if np.count_nonzero(beside) >= LEAST_BESIDE:
-                found.append(Neighbours((one, two), own[beside], other[beside],
-                                        distance[beside]))
+    for layer in np.unique(flat.layer):
+        of_layer = np.flatnonzero(flat.layer == layer)
+        every = cKDTree(flat.points[of_layer])
+        for pair in combinations(np.unique(number[of_layer]).tolist(), 2):
+            one, two = (np.flatnonzero(number == leg) for leg in pair)
+            own, other, distance = _beside(flat, one, two, FARTHEST * width)
+            _, middle = every.query((flat.points[own] + flat.points[other]) / 2)
+            alone = np.isin(number[of_layer[middle]], pair)
+            if np.count_nonzero(alone) >= LEAST_BESIDE:
+                found.append(Neighbours(pair, own[alone], other[alone], distance[alone]))
     return found
 
 
-def _fusion(flat: FlatPrint, pair: Neighbours, junction: Flags) -> list[Metric]:
-    """Return the metrics of a pair."""
+def _beside(flat: FlatPrint, one: Index, two: Index, reach: float) -> tuple[Index, Index, Array]:
+    """Return where two strands run beside each other.
+
+    Args:
+        flat: the print.
+        one, two: samples of both.
+        reach: how far they may be apart [m].
+
+    Returns:
+        (K,) samples of the one, (K,) the nearest of the other, (K,) distances [m].
+    """
+    distance, place = cKDTree(flat.points[two]).query(flat.points[one])
+    other = two[place]
+    way, ahead = flat.points[other] - flat.points[one], flat.ahead[other]
+    parallel = np.abs((flat.ahead[one] * ahead).sum(axis=1)) > PARALLEL
+    behind_end = np.abs((way * ahead).sum(axis=1)) > flat.spacing
+    within_turn = np.abs(flat.arc_length[other] - flat.arc_length[one]) <= np.pi / 2 * distance
+    beside = (distance <= reach) & parallel & ~behind_end & ~within_turn
+    return one[beside], other[beside], distance[beside]
+
+
+def _fusion(flat: FlatPrint, pair: Neighbours, junction: Flags, typical: float) -> list[Metric]:
+    """Return the metrics of a pair of strands of typical width [m]."""
     of = f'strands {pair.legs[0]} and {pair.legs[1]}'
     step = lengths(flat.arc_length, flat.stroke)[pair.own]
     told = (flat.outline == Outline.MEASURED)[pair.own] & (
@@ -84,7 +102,7 @@ def _fusion(flat: FlatPrint, pair: Neighbours, junction: Flags) -> list[Metric]:
     fused = told & (pair.distance <= _facing(flat, pair.own, pair.other)
                     + _facing(flat, pair.other, pair.own))
     joined = (junction[pair.own] | junction[pair.other]) & (
-        pair.distance <= TOUCHING * flat.width)
+        pair.distance <= TOUCHING * typical)
     bare = (flat.outline[pair.own] == Outline.BARE) | (flat.outline[pair.other] == Outline.BARE)
     unseen = float(step[~(told | joined | bare)].sum())
     distance = Metric('strand_distance', of, float(np.median(pair.distance)),
@@ -96,12 +114,14 @@ def _fusion(flat: FlatPrint, pair: Neighbours, junction: Flags) -> list[Metric]:
     sigma = float(np.hypot(2 * flat.spacing, unseen) / np.sqrt(12))
     both = np.concatenate((pair.own, pair.other))
     measured = both[flat.outline[both] == Outline.MEASURED]
-    own = len(measured) > 0
-    width = float(np.mean((flat.left + flat.right)[measured])) if own else flat.width
     note = f'{1e3 * unseen:.1f} mm are not seen' * (unseen > 0)
-    return [distance, Metric('fused_length', of, length, sigma, len(step), note),
-            Metric('fusion', of, length / width, sigma / width, len(step),
-                   note if own else 'f_t is the median width of the print')]
+    fused_length = Metric('fused_length', of, length, sigma, len(step), note)
+    if not len(measured):
+        return [distance, fused_length, Metric.unknown(
+            'fusion', of, 'they touch all along, so that f_t is not measured')]
+    width = float(np.mean((flat.left + flat.right)[measured]))
+    return [distance, fused_length,
+            Metric('fusion', of, length / width, sigma / width, len(step), note)]
 
 
 def _facing(flat: FlatPrint, own: Index, other: Index) -> Array:

@@ -20,6 +20,8 @@ PERCENT = 100
 UNSEEN_SHARE = 1e-3  # of an outline, that may be missing where a strand ends within another
 PART_SHARE = 0.5  # of the smaller of two pores, that lies in the other where they are the same
 SQUARE = 16  # L^2 / A of a square
+# What an outline loses where corners are cut off straight, as a share of what is cut off.
+CUT = 1 - 1 / np.sqrt(2)
 
 
 @dataclass(frozen=True)
@@ -151,13 +153,22 @@ def _pore(flat: FlatPrint, layers: tuple[int, ...], hole: shapely.Polygon, sigma
     elif interpolated > 0:
         notes.append(f'{interpolated:.0%} of its outline are interpolated')
     area, perimeter = (hole.area, hole.length) if told else (np.nan, np.nan)
-    if not told:
-        sigma = np.full(3, np.nan)
+    sigma = np.hypot(sigma, _round_corners(hole, interpolated)) if told else np.full(3, np.nan)
     return Pore(
         0, layers, _centre(flat, hole), area, float(sigma[0]), perimeter, float(sigma[1]),
         float(shape_factor(area, perimeter)), float(sigma[2]), ideal, intended_area,
         len(intended), interpolated, len(hole.exterior.coords) - 1,
         flat.in_base(np.array(hole.exterior.coords)), '; '.join(notes))
+
+
+def _round_corners(hole: shapely.Polygon, interpolated: float) -> Array:
+    """Return how unsure (3,) area, perimeter and Pr are since corners are not seen.
+
+    What is interpolated is taken to be four corners that are anything from sharp to cut off.
+    """
+    cut = interpolated * hole.length
+    factor = hole.length**2 / (SQUARE * hole.area)
+    return np.array((cut**2 / 32, CUT * cut, 2 * CUT * interpolated * factor)) / np.sqrt(12)
 
 
 def _missing(flat: FlatPrint, layers: tuple[int, ...], intended: shapely.Polygon,

@@ -3,39 +3,39 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from bpc_perception.core.arrays import Array, Index
 from bpc_perception.core.printability.flat_print import FlatPrint, Outline
 from bpc_perception.core.printability.metric import Metric
 
-LEAST_TURN = np.radians(45)  # within a width on either side
+REACH = 1.5  # widths on either side, between which the direction is compared
+LEAST_TURN = np.radians(45)
+LONGEST_TURN = 10.0  # widths; what bends for longer is a curve
 NARROWEST, WIDEST = 0.7, 1.5  # of the median width, at the apex of a good turn
 
 
 def find_turns(flat: FlatPrint) -> Index:
-    """Return the sample (T,) at the apex of each turn."""
+    """Return the sample (T,) at the apex of each turn, the middle of where the path bends."""
     found = []
-    for number in np.unique(flat.stroke):
+    for number in np.unique(flat.stroke) if np.isfinite(flat.width) else ():
         own = np.flatnonzero(flat.stroke == number)
-        if len(own) > 2 and np.isfinite(flat.width):
-            # A flat top is one turn; zeros beside it let a turn near an end stand out.
-            angle = np.concatenate(([0.0], _turning(flat, own), [0.0]))
-            tops, _ = find_peaks(angle, height=LEAST_TURN,
-                                 distance=max(1, round(2 * flat.width / flat.spacing)))
-            found.append(own[tops - 1])
-    return np.concatenate(found) if found else np.empty(0, np.intp)
+        bends = _turning(flat, own) >= LEAST_TURN
+        for part in np.split(own, np.flatnonzero(np.diff(bends)) + 1):
+            length = flat.arc_length[part[-1]] - flat.arc_length[part[0]]
+            if bends[part[0] - own[0]] and length <= LONGEST_TURN * flat.width:
+                found.append(part[len(part) // 2])
+    return np.array(found, np.intp)
 
 
 def _turning(flat: FlatPrint, own: Index) -> Array:
     """Return by which angle (K,) a stroke turns at each of its samples (K,) [rad]."""
-    arc, points = flat.arc_length[own], flat.points[own]
-    before, after = (np.stack([np.interp(arc + reach, arc, axis) for axis in points.T], axis=1)
-                     for reach in (-flat.width, flat.width))
+    arc, points, reach = flat.arc_length[own], flat.points[own], REACH * flat.width
+    before, after = (np.stack([np.interp(arc + way, arc, axis) for axis in points.T], axis=1)
+                     for way in (-reach, reach))
     one, two = points - before, after - points
     angle = np.abs(np.arctan2(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0],
                               (one * two).sum(axis=1)))
-    inner = (arc - arc[0] >= flat.width) & (arc[-1] - arc >= flat.width)
+    inner = (arc - arc[0] >= reach) & (arc[-1] - arc >= reach)
     return np.where(inner, angle, 0.0)
 
 

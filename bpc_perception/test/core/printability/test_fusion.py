@@ -12,12 +12,12 @@ from bpc_perception.core.printability.metric import Metric
 from bpc_perception.core.profile import Status
 
 
-def fusion(lines: list[Line]) -> dict[tuple[str, str], Metric]:
+def fusion(lines: list[Line], wanted: float = np.nan) -> dict[tuple[str, str], Metric]:
     """Metrics by what they are about and their name."""
     profile = printed(lines)
     flat = lay_flat(profile)
     return {(metric.of, metric.name): metric for metric in fusion_metrics(
-        flat, profile.status[flat.index] == Status.JUNCTION)}
+        flat, profile.status[flat.index] == Status.JUNCTION, wanted * MM)}
 
 
 def line(y: float, **others: object) -> Line:
@@ -33,6 +33,11 @@ def test_strands_apart_are_not_fused() -> None:
         assert found[pair, 'fusion'].value == 0
         assert found[pair, 'fusion'].sigma > 0
     assert ('strands 1 and 3', 'fusion') not in found  # 4 widths apart
+
+
+def test_a_strand_between_parts_its_neighbours() -> None:
+    assert {of for of, _ in fusion([line(0), line(1.2), line(2.4)])} == {
+        'strands 1 and 2', 'strands 2 and 3'}
 
 
 def bulging(s: np.ndarray) -> np.ndarray:
@@ -61,6 +66,17 @@ def test_where_strands_touch_no_width_is_measured() -> None:
     assert found['strands 1 and 2', 'fused_length'].value == pytest.approx(5.1 * MM, abs=1e-6)
 
 
+def test_strands_that_touch_all_along() -> None:
+    """The closest ones of a test print: none has a width."""
+    statuses = {(0.0, 20.0): Status.JUNCTION}
+    lines = [line(0, statuses=statuses), line(0.9, statuses=statuses)]
+    found = fusion(lines, wanted=1.0)
+    assert found['strands 1 and 2', 'fused_length'].value == pytest.approx(20 * MM, rel=0.01)
+    assert np.isnan(found['strands 1 and 2', 'fusion'].value)
+    assert 'touch all along' in found['strands 1 and 2', 'fusion'].note
+    assert fusion(lines)['print', 'fusion'].note == 'no width is measured'
+
+
 def test_a_junction_far_from_the_neighbour_is_of_something_else() -> None:
     found = fusion([line(0, statuses={(4.0, 9.0): Status.JUNCTION}), line(2)])
     length = found['strands 1 and 2', 'fused_length']
@@ -80,7 +96,16 @@ def test_the_legs_of_a_meander_are_strands() -> None:
     found = fusion([Line(corners)])
     distances = {of: metric.value / MM for (of, name), metric in found.items()
                  if name == 'strand_distance'}
-    assert distances == pytest.approx({'strands 1 and 3': 2, 'strands 3 and 5': 2.5}, abs=0.01)
+    # Two corners near each other are one turn; farther apart the way between is a strand.
+    assert distances == pytest.approx({'strands 1 and 2': 2, 'strands 2 and 4': 2.5}, abs=0.01)
+
+
+def test_a_turn_is_not_fused() -> None:
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 60)
+    bend = [(0.0, -1.0), *zip(20 + np.cos(angle), np.sin(angle), strict=True), (0.0, 1.0)]
+    found = fusion([Line(bend)])
+    assert found['strands 1 and 2', 'fused_length'].value == 0
+    assert found['strands 1 and 2', 'strand_distance'].value == pytest.approx(2 * MM, rel=0.01)
 
 
 def test_strands_that_cross_or_lie_in_other_layers_are_no_neighbours() -> None:

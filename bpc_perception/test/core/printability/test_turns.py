@@ -63,8 +63,17 @@ def test_none_is_measured() -> None:
     assert found.note == 'at none of the 1 turns is the width measured'
 
 
-def test_a_half_circle_is_one_turn() -> None:
+@pytest.mark.parametrize('radius', [0.7, 1.0, 1.5])
+def test_a_half_circle_is_one_turn(radius: float) -> None:
     angle = np.linspace(-np.pi / 2, np.pi / 2, 100)
-    bend = [(0.0, -1.0), *zip(20 + np.cos(angle), np.sin(angle), strict=True), (0.0, 1.0)]
+    bend = [(0.0, -radius), *zip(20 + radius * np.cos(angle), radius * np.sin(angle), strict=True),
+            (0.0, radius)]
     flat = lay_flat(printed([Line(bend)]))
-    assert len(find_turns(flat)) == 1
+    apex, = find_turns(flat)
+    np.testing.assert_allclose(flat.arc_length[apex], (20 + radius * np.pi / 2) * 1e-3, atol=2e-4)
+
+
+def test_a_spiral_is_a_curve() -> None:
+    angle = np.linspace(3 * np.pi, 9 * np.pi, 800)
+    spiral = [(0.3 * a * np.cos(a), 0.3 * a * np.sin(a)) for a in angle]
+    assert len(find_turns(lay_flat(printed([Line(spiral)])))) == 0
