@@ -77,7 +77,8 @@ def _beside(flat: FlatPrint, one: Index, two: Index, reach: float) -> tuple[Inde
 
     Args:
         flat: the print.
-        one, two: samples of both.
+        one: samples of the one.
+        two: samples of the other.
         reach: how far they may be apart [m].
 
     Returns:
