@@ -96,8 +96,10 @@ class GrowingProfile:
                                   and profile.stamp_ns <= known.stamp_ns):
             return []
         self.profile = profile
-        if not profile.print_id:
-            self._waiting.clear()
+        of_others = [change for change in self._waiting
+                     if change.part.print_id != profile.print_id]
+        for change in of_others:
+            self._waiting.remove(change)
         return [profile, *self._catch_up()]
 
     def add_change(self, change: ProfileChange) -> list[ThicknessProfile]:

@@ -33,6 +33,7 @@ from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
 from bpc_perception.core.watch.extruder_flag import extruder_contradiction
 
+STANDING_S = 0.5  # without a path point, for which ink is laid no longer
 BEGINNING_S = 5.0  # around the begin of a print, in which captures may come too early
 MOST_CLIPPED = 0.2  # share of the picture around the path that may be overexposed
 
@@ -210,8 +211,11 @@ class Session:
                stamp_ns: int) -> PrintVerdict:
         """Judge what is known of a print; it ended where all of its path was laid by then."""
         targets = WidthTargets.wanted(self._targets, self.config.advice.target_thickness)
-        ended = path.finished and len(path.until(stamp_ns)) == len(path)
-        return judge(profile, targets, self.config.tolerance, ended)
+        laid = path.until(stamp_ns)
+        ended = path.finished and len(laid) == len(path)
+        age = (stamp_ns - path.start_ns) * 1e-9 - laid.time[-1:]
+        laying = bool((laid.extruding[-1:] & (age < STANDING_S)).any())
+        return judge(profile, targets, self.config.tolerance, ended, laying)
 
 
 def just_begun(capture: Capture, path: DepositionPath) -> bool:

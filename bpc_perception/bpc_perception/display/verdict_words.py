@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 
 from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import PrintVerdict, Verdict
@@ -22,10 +23,12 @@ def verdict_in_words(verdict: PrintVerdict) -> str:
     """Return the verdict on a print, and why, as a sentence."""
     if verdict.verdict == Verdict.FAIL:
         return f'{NAMES[Verdict.FAIL]}: {_counted(verdict.defects)}'
-    if not verdict.ended:
-        return 'good so far' if verdict.judged else NAMES[Verdict.NOT_ENOUGH_SEEN]
     if verdict.verdict == Verdict.PASS:
         return NAMES[Verdict.PASS]
+    if not verdict.judged or not any(each.seen for each in verdict.strokes):
+        return NAMES[Verdict.NOT_ENOUGH_SEEN]
+    if not verdict.ended:
+        return 'good so far'
     unseen = [each for each in verdict.strokes if each.verdict == Verdict.NOT_ENOUGH_SEEN]
     return (f'{NAMES[Verdict.NOT_ENOUGH_SEEN]}: no defect is seen, but of {len(unseen)} of '
             f'{len(verdict.strokes)} strokes too little')
@@ -45,6 +48,8 @@ def defect_in_words(defect: Defect) -> str:
     limit = abs(defect.limit) * MM_PER_M
     if defect.kind in (DefectKind.GAP, DefectKind.OOZE):
         return f'{name} of {worst:.1f} mm, at most {limit:.1f}'
+    if math.isnan(limit):  # no width is known that it could be a part of
+        return f'{name}: {abs(worst):.3f} mm'
     return (f'{name}: {abs(worst):.3f} mm, {"at least" if defect.kind in LEAST else "at most"} '
             f'{limit:.3f}')
 

@@ -30,7 +30,7 @@ def verdict_to_message(verdict: PrintVerdict, profile: ThicknessProfile,
     return PrintVerdictMsg(
         header=Header(stamp=ns_to_stamp(verdict.stamp_ns), frame_id=frame_id),
         print_id=verdict.print_id, ended=verdict.ended, verdict=int(verdict.verdict),
-        enough=verdict.enough,
+        enough=verdict.enough, laying=verdict.laying,
         judged=array('B', sorted(verdict.judged)),
         stroke_number=[each.number for each in strokes],
         stroke_layer=[each.layer for each in strokes],
@@ -53,7 +53,7 @@ def verdict_from_message(message: PrintVerdictMsg) -> PrintVerdict:
         return PrintVerdict(
             stamp_ns=stamp_to_ns(message.header.stamp), print_id=message.print_id,
             ended=bool(message.ended), verdict=Verdict(message.verdict),
-            enough=message.enough,
+            enough=message.enough, laying=bool(message.laying),
             judged=frozenset(map(DefectKind, message.judged)),
             strokes=tuple(PartVerdict(number, layer, Verdict(verdict), seen)
                           for number, layer, verdict, seen in _rows(message, STROKE)),

@@ -63,7 +63,7 @@ class PageNode(Node):
         services = TriggerServices(self, BUTTON_SERVICES)
         self._target = TargetClient(self, self._on_target, self._diagnostics.warn)
         self.create_timer(TARGET_PERIOD_S, self._ask_for_target, clock=steady_clock())
-        self._jump = on_jump_back(self, self._board.clear)
+        self._jump = on_jump_back(self, self._clear)
         # The server's thread tells the number of watchers, this node's thread acts on it.
         self._watched = self.create_guard_condition(self._follow_watchers)
         given = os.environ.get(TOKEN_VARIABLE)
@@ -71,6 +71,10 @@ class PageNode(Node):
                                   services.request, self._on_watchers)
         if not given:
             print(self._server.address, flush=True)  # not into the log, which is a topic too
+
+    def _clear(self) -> None:
+        self._profiles.clear()
+        self._board.clear()
 
     def _on_profile(self, profile: ThicknessProfile) -> None:
         self._diagnostics.count('profiles')

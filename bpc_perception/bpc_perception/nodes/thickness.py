@@ -65,7 +65,7 @@ class ThicknessNode(Node):
         self._advice = self.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
         self._verdicts = self.create_publisher(PrintVerdictMsg, topics.VERDICT, topics.RESULT_QOS)
         self._views = Views(self, self._frame)
-        self._ended = ''  # identifier of the print, once it ended
+        self._ended = False  # the print
         for name, kind in topics.CAMERA.items() if camera_topics else ():
             qos = topics.CAMERA_INFO_QOS if name == topics.CAMERA_INFO else topics.CAMERA_QOS
             subscribe_single_source(self, kind, name, partial(self._on_camera, name), qos,
@@ -108,7 +108,7 @@ class ThicknessNode(Node):
             self._forget_print()
             return
         self._session.set_path(path)
-        self._ended = path.print_id if path.finished else ''
+        self._ended = path.finished
         self._news.trigger()
 
     def _publish_results(self) -> None:
@@ -148,7 +148,8 @@ class ThicknessNode(Node):
                 self._diagnostics.refuse(in_words(error))
             if result.warning:
                 self._diagnostics.warn(result.warning)
-        self._profiles.end(self._ended)
+        if self._ended:
+            self._profiles.complete()
         self._setup.keep(self._session.setup)
 
     def _now_ns(self) -> int:

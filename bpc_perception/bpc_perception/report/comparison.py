@@ -92,15 +92,23 @@ class PrintResult:
     @property
     def target_mm(self) -> float | None:
         """The thickness wanted all along [mm]; None = none, or one that changes along the path."""
-        settings = self.summary.get('settings', {})
+        settings = _table(self.summary, 'settings')
         target = settings.get('advice.target_thickness')
-        return target * MM_PER_M if target and not settings.get('advice.target_file') else None
+        if not isinstance(target, float) or not target or settings.get('advice.target_file'):
+            return None
+        return target * MM_PER_M
 
     @property
     def verdict(self) -> str:
-        """Whether it is good, in words; a dash where its summary is of an older version."""
-        said = self.summary.get('verdict', {}).get('verdict')
-        return NAMES[Verdict[said]] if said else '-'
+        """Whether it is good, in words; a dash where its summary is of another version."""
+        said = str(_table(self.summary, 'verdict').get('verdict'))
+        return NAMES[Verdict[said]] if said in Verdict.__members__ else '-'
+
+
+def _table(summary: dict[str, Any], name: str) -> dict[str, Any]:
+    """Return a table of a summary; an empty one where it has none."""
+    found = summary.get(name)
+    return found if isinstance(found, dict) else {}
 
 
 def load(folders: Sequence[Path]) -> list[PrintResult]:

@@ -120,3 +120,10 @@ def test_changes_of_an_unknown_profile_fill_no_memory() -> None:
     for stamp_ns in range(10, 10 + 5 * MOST_WAITING):
         known.add_change(replace(CHANGES[0], base_ns=stamp_ns))
     assert len(known._waiting) == MOST_WAITING
+
+
+def test_changes_of_another_print_do_not_wait_for_ever() -> None:
+    known = GrowingProfile()
+    known.add_change(replace(CHANGES[0], part=replace(CHANGES[0].part, print_id='other')))
+    known.set_whole(PROFILES[0])
+    assert not known.incomplete

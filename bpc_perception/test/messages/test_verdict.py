@@ -17,7 +17,7 @@ from bpc_perception.messages.verdict import verdict_from_message, verdict_to_mes
 pytestmark = pytest.mark.ros
 PROFILE = profile_of([2e-3] * 20)  # along x, every millimetre
 VERDICT = PrintVerdict(
-    5, 'print', True, Verdict.FAIL,
+    5, 'print', True, False, Verdict.FAIL,
     (PartVerdict(1, 0, Verdict.FAIL, 0.9), PartVerdict(2, 1, Verdict.PASS, 1.0)),
     (PartVerdict(0, 0, Verdict.FAIL, 0.9), PartVerdict(1, 1, Verdict.PASS, 1.0)),
     (Defect(DefectKind.THIN, 1, 0, 2e-3, 6e-3, 1.5e-3, 1.7e-3, 5),

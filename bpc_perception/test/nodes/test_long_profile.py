@@ -16,6 +16,7 @@ from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages import topics
 from bpc_perception.messages.path import path_to_message
 from bpc_perception.messages.profile import profile_from_message
+from bpc_perception.nodes.parts import profile_follower
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 
 pytestmark = pytest.mark.ros
@@ -80,8 +81,7 @@ def test_who_comes_late_asks_for_the_whole(graph: Any, tmp_path: Path) -> None:
     assert len(late[0]) == len(long.path.time)
 
 
-def test_the_whole_comes_once_at_the_end_and_before_it_is_cleared(graph: Any,
-                                                                 tmp_path: Path) -> None:
+def test_from_the_end_on_the_whole_comes(graph: Any, tmp_path: Path) -> None:
     long = Long(graph, tmp_path)
     long.capture()
     long.capture()
@@ -89,14 +89,39 @@ def test_the_whole_comes_once_at_the_end_and_before_it_is_cleared(graph: Any,
     long.path.finished = True
     long.bench.send(topics.PATH, long.path)
     long.bench.until(lambda: long.bench.node._ended)
-    long.capture()
-    long.bench.until(lambda: len(long.wholes) == 2)
-    stamp_ns = long.capture()
-    assert len(long.wholes) == 2
+    for number in (2, 3):  # also what is seen of it later
+        stamp_ns = long.capture()
+        long.bench.until(lambda number=number: len(long.wholes) == number)
+        assert profile_from_message(long.wholes[-1]).stamp_ns == stamp_ns
     long.bench.node._clear()
     long.bench.until(lambda: len(long.wholes) == 4)
-    assert [whole.print_id for whole in long.wholes[2:]] == ['print', '']
-    assert profile_from_message(long.wholes[2]).stamp_ns == stamp_ns
+    assert long.wholes[-1].print_id == ''
+
+
+def test_what_was_sent_by_parts_comes_whole_before_it_is_cleared(graph: Any,
+                                                                 tmp_path: Path) -> None:
+    long = Long(graph, tmp_path)
+    stamps = [long.capture(), long.capture()]
+    long.bench.node._clear()
+    long.bench.until(lambda: len(long.wholes) == 3)
+    assert [whole.print_id for whole in long.wholes] == ['print', 'print', '']
+    assert profile_from_message(long.wholes[1]).stamp_ns == stamps[1]
+
+
+def test_it_is_asked_again_where_no_answer_came(graph: Any, tmp_path: Path,
+                                                monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where the node died with the request under way."""
+    long = Long(graph, tmp_path)
+    long.capture()
+    monkeypatch.setattr(profile_follower, 'PATIENCE_S', 0.0)
+    monkeypatch.setattr(long.bench.node._profiles, '_send_whole', lambda _: None)
+    late = long.follow('late')
+    long.capture()
+    assert not late
+    monkeypatch.undo()
+    monkeypatch.setattr(profile_follower, 'PATIENCE_S', 0.0)
+    long.capture()
+    long.bench.until(lambda: late)
 
 
 def test_without_a_print_there_is_no_whole_to_send(graph: Any, tmp_path: Path) -> None:

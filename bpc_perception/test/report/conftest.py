@@ -54,8 +54,8 @@ def capture(profile):
 def verdict(profile):
     """One stroke with one gap."""
     return PrintVerdict(
-        profile.stamp_ns, 'vase', False, Verdict.FAIL, (PartVerdict(1, 0, Verdict.FAIL, 0.75),),
-        (PartVerdict(0, 0, Verdict.FAIL, 0.75),),
+        profile.stamp_ns, 'vase', False, False, Verdict.FAIL,
+        (PartVerdict(1, 0, Verdict.FAIL, 0.75),), (PartVerdict(0, 0, Verdict.FAIL, 0.75),),
         (Defect(DefectKind.GAP, 1, 0, 0.5 * MM, 1.5 * MM, 1 * MM, 0.8 * MM, 1),),
         frozenset((DefectKind.GAP, DefectKind.OOZE)), 0.8)
 

@@ -69,6 +69,14 @@ def test_table_has_numbers_or_dashes(tmp_path):
     assert words['Q1 [mm]'] == '-'
 
 
+@pytest.mark.parametrize('odd', [
+    {'verdict': {'verdict': 'REWORK'}}, {'verdict': 'PASS'}, {'settings': 'none'},
+    {'settings': {'advice.target_thickness': '2'}}])
+def test_a_summary_of_another_version_is_compared_all_the_same(tmp_path, odd):
+    print_ = comparison.load([left_behind(tmp_path / 'a', **odd), left_behind(tmp_path / 'b')])[0]
+    assert (print_.verdict, print_.target_mm) == ('-', None)
+
+
 def test_only_what_differs_is_told(tmp_path):
     prints = comparison.load([left_behind(tmp_path / 'a'), left_behind(
         tmp_path / 'b', settings={'method': 'cross_section'})])

@@ -151,12 +151,12 @@ class Monitor:
             self._shown = None
             self._terminal.emit('cleared', 'The print was cleared: its advice holds no longer.')
             return
+        if profile.stamp_ns in self.profiles:  # a recording loops: what else came is of before
+            for others in (self.advice, self.verdicts):
+                others.pop(profile.stamp_ns, None)
         self.profiles[profile.stamp_ns] = profile
         if profile.print_id not in self.print_ids:
             self.print_ids.append(profile.print_id)
-        # When a recording loops there is advice of the round before.
-        for others in (self.advice, self.verdicts):
-            others.pop(profile.stamp_ns, None)
         self._show(profile.stamp_ns)
         if self._keep is not None:
             for stamp_ns in list(self.profiles)[:-self._keep]:

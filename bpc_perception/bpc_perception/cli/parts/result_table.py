@@ -10,7 +10,7 @@ from rich.table import Table
 
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
-from bpc_perception.core.inspection.defects import DefectKind
+from bpc_perception.core.inspection.defects import Defect
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
@@ -46,7 +46,7 @@ class ResultTable:
         self._headed = False
         self._print_id = ''
         self._first: dict[str, float] = {}  # rates in force, of the print
-        self._told: set[tuple[DefectKind, int]] = set()  # kind and stroke of defects
+        self._told: list[Defect] = []
 
     def add(self, result: Result) -> None:
         """Show what came of a capture."""
@@ -79,8 +79,8 @@ class ResultTable:
     def _tell_defects(self, verdict: PrintVerdict) -> None:
         """Say each defect once, when it is found: as it grows it is no other."""
         for defect in verdict.defects:
-            if (defect.kind, defect.stroke) not in self._told:
-                self._told.add((defect.kind, defect.stroke))
+            if not any(defect.is_part_of(told) for told in self._told):
+                self._told.append(defect)
                 self._terminal.say(f'  {defect_in_words(defect)} ({place_in_words(defect)})')
 
     def _changed(self, advice: RateAdvice) -> str:

@@ -63,6 +63,10 @@ class Defect:
     limit: float
     samples: int
 
+    def is_part_of(self, other: Defect) -> bool:
+        """Return whether it overlaps another of its kind."""
+        return (self.kind == other.kind and self.start <= other.end and other.start <= self.end)
+
 
 @dataclass(frozen=True)
 class Check:
@@ -120,21 +124,31 @@ def _offset(profile: ThicknessProfile, targets: WidthTargets | None, share: floa
     # As far off as that no sample tells its width; the ink of all together tells the shift.
     far = profile.cause == Cause.OFF_PATH
     shift = float(np.linalg.norm(profile.shift))
+    beyond = np.nan_to_num(shift - limit, nan=np.inf)
     return Check(DefectKind.OFF_PATH, np.where(far, shift, offset),
-                 np.where(far, limit, limit * np.sign(offset)), np.where(far, np.inf, excess))
+                 np.where(far, limit, limit * np.sign(offset)), np.where(far, beyond, excess))
 
 
 def _surroundings(profile: ThicknessProfile) -> Array:
     """Return the median width (N,) of what was measured around each sample of a stroke [m]."""
     usual = np.full(len(profile), np.nan)
     measured = profile.status == Status.MEASURED
-    for number in np.unique(profile.stroke[measured]).tolist():
-        own = np.flatnonzero(measured & (profile.stroke == number))
+    for stroke in samples_of_strokes(profile):
+        own = stroke[measured[stroke]]
         step = np.median(np.diff(profile.arc_length[own])) if len(own) > 1 else 0.0
         if step > 0:
             size = 2 * round(SURROUNDINGS_M / 2 / float(step)) + 1
             usual[own] = median_filter(profile.thickness[own], size, mode='reflect')
     return usual
+
+
+def samples_of_strokes(profile: ThicknessProfile) -> list[Index]:
+    """Return the places of the samples of each stroke, in the order of their numbers."""
+    order = np.argsort(profile.stroke, kind='stable')
+    order = order[profile.stroke[order] > 0]
+    if not len(order):
+        return []
+    return np.split(order, np.flatnonzero(np.diff(profile.stroke[order])) + 1)
 
 
 def inner(profile: ThicknessProfile, ends: float) -> Flags:
@@ -157,7 +171,8 @@ def find_defects(profile: ThicknessProfile, targets: WidthTargets | None,
     thin = [each for each in found if each.kind == DefectKind.THIN]
     found = [each for each in found if each.kind != DefectKind.NECK
              or not any(one.start <= each.end and each.start <= one.end for one in thin)]
-    missing = _missing_strokes(profile) if tolerance.missing_strokes else []
+    missing = (_missing_strokes(profile, tolerance.gap_length)
+               if tolerance.missing_strokes else [])
     if tolerance.gap_length:
         absent = {each.stroke for each in missing}
         found += [gap for gap in _runs(profile, DefectKind.GAP, profile.gaps, tolerance.gap_length)
@@ -179,7 +194,9 @@ def _in_a_row(profile: ThicknessProfile, check: Check, judged: Flags,
         return
     outside = check.excess[known] > 0
     arc, stroke = profile.arc_length[known], profile.stroke[known]
-    apart = ((np.diff(outside) != 0) | (np.diff(stroke) != 0) | (np.diff(arc) > BRIDGED_M))
+    spacing = float(np.median(np.diff(profile.arc_length))) if len(profile) > 1 else 0.0
+    apart = ((np.diff(outside) != 0) | (np.diff(stroke) != 0)
+             | (np.diff(arc) > max(BRIDGED_M, 1.5 * spacing)))
     for run in np.split(np.arange(len(known)), np.flatnonzero(apart) + 1):
         own = known[run]
         if outside[run[0]] and np.ptp(own) + 1 >= fewest and 2 * len(run) >= fewest:
@@ -188,16 +205,15 @@ def _in_a_row(profile: ThicknessProfile, check: Check, judged: Flags,
                           float(check.value[worst]), float(check.limit[worst]))
 
 
-def _missing_strokes(profile: ThicknessProfile) -> list[Defect]:
-    """Return the strokes of which bed is seen, and no ink anywhere."""
-    defects = []
-    for number, (start, end) in zip(profile.strokes.number.tolist(),
-                                    profile.strokes.commanded.tolist(), strict=True):
-        own = np.flatnonzero(profile.stroke == number)
-        if profile.missing[own].mean() > MISSING_SHARE:
-            defects.append(_defect(profile, DefectKind.MISSING_STROKE, own, (start, end),
-                                   end - start, 0.0))
-    return defects
+def _missing_strokes(profile: ThicknessProfile, allowed: float) -> list[Defect]:
+    """Return the strokes that are bed for the most part, and longer than a gap that is allowed.
+
+    As long as they are shorter, ink may only be late.
+    """
+    return [_defect(profile, DefectKind.MISSING_STROKE, own, (start, end), end - start, 0.0)
+            for own, (start, end) in zip(samples_of_strokes(profile),
+                                         profile.strokes.commanded.tolist(), strict=True)
+            if end - start > allowed and profile.missing[own].mean() > MISSING_SHARE]
 
 
 def _runs(profile: ThicknessProfile, kind: DefectKind, runs: Array,

@@ -17,8 +17,11 @@ from bpc_perception.core.inspection.defects import (
     DefectKind,
     find_defects,
     inner,
+    samples_of_strokes,
 )
 from bpc_perception.core.profile import Status, ThicknessProfile
+
+LEAST_COUNTED = 0.5  # of a stroke: if more of it has no width by its nature, too little is seen
 
 
 class Verdict(IntEnum):
@@ -54,6 +57,7 @@ class PrintVerdict:
         stamp_ns: stamp of the capture [ns].
         print_id: identifier of the print.
         ended: whether all of it was laid by then; before, it fails or is not enough seen.
+        laying: whether ink was being laid at the capture.
         verdict: on the print.
         strokes, layers: in order.
         defects: in the order of the path.
@@ -64,6 +68,7 @@ class PrintVerdict:
     stamp_ns: int
     print_id: str
     ended: bool
+    laying: bool
     verdict: Verdict
     strokes: tuple[PartVerdict, ...]
     layers: tuple[PartVerdict, ...]
@@ -74,21 +79,28 @@ class PrintVerdict:
     @classmethod
     def none(cls, stamp_ns: int) -> PrintVerdict:
         """Return that from this time on [ns] there is no print."""
-        return cls(stamp_ns, '', True, Verdict.NOT_ENOUGH_SEEN, (), (), (), frozenset(), 0.0)
+        return cls(stamp_ns, '', True, False, Verdict.NOT_ENOUGH_SEEN, (), (), (), frozenset(),
+                   0.0)
 
     def at_its_end(self) -> PrintVerdict:
-        """Return the verdict where nothing more is laid: the last stroke may pass as well."""
+        """Return the verdict where nothing more comes: the last stroke may pass as well.
+
+        Not where ink was being laid at the capture: then the end of the print was not seen.
+        """
+        if self.laying:
+            return self
         strokes = tuple(
             replace(each, verdict=Verdict.PASS)
             if each.verdict == Verdict.NOT_ENOUGH_SEEN and self.judged and each.seen >= self.enough
             else each for each in self.strokes)
         layers = _layers(strokes, self.defects)
+        whole = _together(each.verdict for each in layers)
         return replace(self, ended=True, strokes=strokes, layers=layers,
-                       verdict=_together(each.verdict for each in layers))
+                       verdict=Verdict.FAIL if self.defects else whole)
 
 
 def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: ToleranceConfig,
-          ended: bool) -> PrintVerdict:
+          ended: bool, laying: bool = False) -> PrintVerdict:
     """Judge a print by its profile.
 
     Args:
@@ -96,6 +108,7 @@ def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: To
         targets: widths wanted along the path; None = none, so that they are not judged.
         tolerance: how far it may be off.
         ended: whether the whole print was laid by then.
+        laying: whether ink was being laid at the capture.
     """
     defects = find_defects(profile, targets, tolerance)
     wrong = {each.stroke for each in defects}
@@ -103,21 +116,20 @@ def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: To
     judged = _judged(targets, tolerance)
     last = profile.stroke[-1] if len(profile) else 0
     strokes = []
-    for number in profile.strokes.number.tolist():
-        own = profile.stroke == number
-        counted = own & (profile.status != Status.JUNCTION)
-        share = float(seen[counted].mean()) if counted.any() else 1.0
+    for number, own in zip(profile.strokes.number.tolist(), samples_of_strokes(profile),
+                           strict=True):
+        counted = own[profile.status[own] != Status.JUNCTION]
+        # Where lines touch all along, nothing is judged.
+        share = float(seen[counted].sum() / max(len(counted), LEAST_COUNTED * len(own)))
         enough = judged and number != last and share >= tolerance.coverage
         strokes.append(PartVerdict(
-            number, int(np.bincount(profile.layer[own]).argmax()),
+            number, int(profile.layer[own[len(own) // 2]]),
             Verdict.FAIL if number in wrong else
             Verdict.PASS if enough else Verdict.NOT_ENOUGH_SEEN, share))
-    layers = _layers(strokes, defects)
-    whole = _together(each.verdict for each in layers)
     verdict = PrintVerdict(
-        profile.stamp_ns, profile.print_id, False,
-        Verdict.FAIL if whole == Verdict.FAIL else Verdict.NOT_ENOUGH_SEEN, tuple(strokes),
-        layers, tuple(defects), judged, tolerance.coverage)
+        profile.stamp_ns, profile.print_id, False, laying and not ended,
+        Verdict.FAIL if defects else Verdict.NOT_ENOUGH_SEEN, tuple(strokes),
+        _layers(strokes, defects), tuple(defects), judged, tolerance.coverage)
     return verdict.at_its_end() if ended else verdict
 
 
@@ -126,9 +138,12 @@ def _seen(profile: ThicknessProfile, targets: WidthTargets | None,
     """Return which samples (N,) every check could judge; where bed is seen there is no width."""
     gap = profile.status == Status.GAP
     seen = gap | (profile.status == Status.MEASURED)
-    ends = ~inner(profile, tolerance.ends)
+    inside = inner(profile, tolerance.ends)
+    ends = ~inside
+    for own in samples_of_strokes(profile):  # nothing else of a short stroke is judged
+        ends[own] &= inside[own].sum() >= tolerance.samples
     for check in checks_of(profile, targets, tolerance):
-        seen &= gap | ends | ~np.isnan(check.excess)
+        seen &= gap | ends | (inside & ~np.isnan(check.excess))
     return seen
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+import time
 from typing import Any
 
+import numpy as np
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
@@ -19,6 +21,8 @@ from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages import topics
 from bpc_perception.messages.profile import change_from_message, profile_from_message
 from bpc_perception.messages.stamps import ConversionError
+
+PATIENCE_S = 2.0  # after which it is asked again: the node may have died
 
 
 class ProfileFollower:
@@ -39,7 +43,7 @@ class ProfileFollower:
         self._on_refusal = on_refusal
         self._paused = False
         self._packed: tuple[Any, bytes] | None = None  # type and message, until it is unpacked
-        self._asked = False
+        self._asked = -np.inf  # when, steady [s]
         self._client = node.create_client(Trigger, topics.SEND_PROFILE)
         self.clear()
         for kind, topic, qos in (
@@ -80,10 +84,12 @@ class ProfileFollower:
             self._ask()
 
     def _ask(self) -> None:
-        """Ask for the whole profile, unless it is under way."""
-        if not self._asked and self._client.service_is_ready():
-            self._asked = True
-            self._client.call_async(Trigger.Request()).add_done_callback(self._on_answer)
+        """Ask for the whole profile, unless it may be under way; it comes as a message."""
+        now = time.monotonic()
+        if now - self._asked > PATIENCE_S and self._client.service_is_ready():
+            self._asked = now
+            self._client.call_async(Trigger.Request()).add_done_callback(_take_answer)
 
-    def _on_answer(self, _: object) -> None:
-        self._asked = False  # the profile comes as a message
+
+def _take_answer(answered: Any) -> None:
+    answered.result()  # an error of the call is one of ours

@@ -22,7 +22,6 @@ class ProfilePublisher:
         self._frame_id = frame_id
         self._newest: ThicknessProfile | None = None  # of a print
         self._whole_sent = True  # whether the newest was sent as a whole
-        self._ended = ''  # identifier of the print whose end was told
         self._wholes = node.create_publisher(ThicknessProfileMsg, topics.PROFILE,
                                              topics.RESULT_QOS)
         self._updates = node.create_publisher(ThicknessProfileUpdateMsg, topics.PROFILE_UPDATE,
@@ -38,33 +37,27 @@ class ProfilePublisher:
         """Publish a profile; of one with more samples than ``longest`` what changed alone."""
         change = self._change_to(profile) if len(profile) > longest else None
         if change is None and (newest := self._newest) and newest.print_id != profile.print_id:
-            self._complete()
+            self.complete()
         self._newest, self._whole_sent = profile, change is None
         if change is None:
             self._send_whole(profile)
         else:
             self._updates.publish(change_to_message(change, profile, self._frame_id))
 
-    def end(self, print_id: str) -> None:
-        """Publish the whole of a print that ended, once."""
-        if self._newest is not None and self._newest.print_id == print_id != self._ended:
-            self._ended = print_id
-            self._complete()
+    def complete(self) -> None:
+        """Publish as a whole what was sent by parts."""
+        if self._newest is not None and not self._whole_sent:
+            self._send_whole(self._newest)
+            self._whole_sent = True
 
     def clear(self, stamp_ns: int) -> None:
         """Publish that from this time on [ns] there is no print."""
-        self._complete()
+        self.complete()
         self._newest = None
         self._send_whole(ThicknessProfile.none(stamp_ns))
 
     def _change_to(self, profile: ThicknessProfile) -> ProfileChange | None:
         return change_between(self._newest, profile) if self._newest is not None else None
-
-    def _complete(self) -> None:
-        """Publish what was only sent by parts."""
-        if self._newest is not None and not self._whole_sent:
-            self._send_whole(self._newest)
-            self._whole_sent = True
 
     def _send_whole(self, profile: ThicknessProfile) -> None:
         self._wholes.publish(profile_to_message(profile, self._frame_id))

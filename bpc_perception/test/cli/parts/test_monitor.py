@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -16,10 +17,11 @@ from bpc_perception.cli.parts import monitor
 from bpc_perception.cli.parts.recent_warnings import MOST_KINDS
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
-from bpc_perception.messages.profile import profile_to_message
+from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.runtime.isolated_graph import Graph
 
 pytestmark = pytest.mark.ros
@@ -75,7 +77,7 @@ def test_messages_that_cannot_be_used_are_told_once_and_those_that_follow_are_he
 def test_a_print_that_was_cleared_is_no_result(
         graph: Any, capsys: pytest.CaptureFixture[str]) -> None:
     made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
-    made._on_profile(profile_to_message(ThicknessProfile.none(5), 'base'))
+    made._on_profile(ThicknessProfile.none(5))
     made._on_advice(advice_to_message(RateAdvice.none(5)))
     assert (made.profiles, made.advice, made.print_ids, made.warnings) == ({}, {}, [], [])
     assert capsys.readouterr().out == 'The print was cleared: its advice holds no longer.\n'
@@ -87,3 +89,18 @@ def test_what_other_nodes_say_is_one_line_without_control(
     made._on_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
         level=DiagnosticStatus.WARN, name='camera\x1b[2J', message='late\nOK all is well')]))
     assert capsys.readouterr().out == '  camera\\x1b[2J: late OK all is well\n'
+
+
+def test_a_profile_that_comes_last_is_shown_with_the_rest(graph: Any) -> None:
+    """As where it had to be asked for; and in a loop, nothing of the round before is."""
+    made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
+    profile = ThicknessProfile.none(5)
+    rest = (made._on_advice, advice_to_message(replace(RateAdvice.none(5), print_id='print'))), (
+        made._on_verdict, verdict_to_message(replace(PrintVerdict.none(5), print_id='print'),
+                                             profile, 'base'))
+    for hear, message in rest:
+        hear(message)
+    made._on_profile(replace(profile, print_id='print'))
+    assert made.has(5)
+    made._on_profile(replace(profile, print_id='print'))
+    assert not made.has(5)

@@ -12,6 +12,7 @@ from bpc_perception.cli import compare
 from bpc_perception.cli.app import refuse
 from bpc_perception.cli.parts.result_table import ResultTable, show_layers
 from bpc_perception.cli.parts.terminal import show_held_warnings, Terminal
+from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.report import comparison
 from bpc_perception.runtime.held_warnings import HeldWarnings
@@ -26,6 +27,20 @@ def test_people_get_lines(capsys, profile, advice):
     assert head.startswith('capture  ink mm')
     assert 'over extrusion: flow x 0.70 or speed x 1.40' in line
     assert said.err == 'bpc: look here\n'
+
+
+def test_each_defect_is_told_once_as_it_grows(capsys, profile, advice):
+    def with_gaps(*ends):
+        return replace(PrintVerdict.none(0), defects=tuple(
+            Defect(DefectKind.GAP, 1, 0, start, end, end - start, 0.002, 3)
+            for start, end in ends))
+
+    table = ResultTable(Terminal())
+    for gaps in (((0.01, 0.013),), ((0.01, 0.014),), ((0.01, 0.014), (0.03, 0.035))):
+        table.add_profile(profile, advice, with_gaps(*gaps))
+    told = [line for line in capsys.readouterr().out.splitlines() if 'gap of' in line]
+    assert told == ['  gap of 3.0 mm, at most 2.0 (stroke 1, 10.0 to 13.0 mm)',
+                    '  gap of 5.0 mm, at most 2.0 (stroke 1, 30.0 to 35.0 mm)']
 
 
 def test_what_others_wrote_moves_no_cursor(tmp_path, capsys, profile, advice):

@@ -105,13 +105,16 @@ def test_a_bead_beside_its_path_is_off_path(side: int) -> None:
     assert (defect.worst, defect.limit) == pytest.approx((side * 0.6e-3, side * 0.5e-3))
 
 
-def test_ink_so_far_beside_its_path_that_no_width_is_told_is_off_path() -> None:
+def far_beside(shift: float) -> ThicknessProfile:
+    """Ink so far beside its path that no width is told."""
     unknown = np.full(COUNT, np.nan)
-    profile = even(status=np.full(COUNT, Status.LOW_CONFIDENCE, np.uint8), thickness=unknown,
-                   sigma=unknown, left=unknown, right=unknown,
-                   cause=np.full(COUNT, Cause.OFF_PATH, np.uint8),
-                   shift=np.array((0.0, 1.5e-3, 0.0)))
-    defect, = find_defects(profile, TARGET, ToleranceConfig())
+    return even(status=np.full(COUNT, Status.LOW_CONFIDENCE, np.uint8), thickness=unknown,
+                sigma=unknown, left=unknown, right=unknown,
+                cause=np.full(COUNT, Cause.OFF_PATH, np.uint8), shift=np.array((0.0, shift, 0.0)))
+
+
+def test_ink_so_far_beside_its_path_that_no_width_is_told_is_off_path() -> None:
+    defect, = find_defects(far_beside(1.5e-3), TARGET, ToleranceConfig())
     assert (defect.kind, defect.worst) == (DefectKind.OFF_PATH, 1.5e-3)
 
 
@@ -135,23 +138,40 @@ def test_a_stroke_without_ink_is_missing_and_no_gap() -> None:
     assert defect.worst == pytest.approx(99 * SPACING)
 
 
-def test_ooze_on_travel_counts_to_the_layer_before() -> None:
-    stroke = np.ones(COUNT, np.intp)
-    stroke[100:] = 0
-    status = np.zeros(COUNT, np.uint8)
-    status[100:] = Status.BARE
+def oozing() -> ThicknessProfile:
+    """20 mm of a stroke in layer 3, and 20 mm of travel with 4 mm of ink."""
+    stroke = np.where(np.arange(COUNT) < 100, 1, 0)
+    status = np.where(stroke > 0, Status.MEASURED, Status.BARE).astype(np.uint8)
     status[150:170] = Status.OOZE
-    thickness = np.where(status == Status.MEASURED, 2e-3, np.nan)
-    profile = even(stroke=stroke, status=status, thickness=thickness,
-                   layer=np.where(stroke > 0, 3, -1), extruding=stroke > 0)
-    defect, = find_defects(profile, TARGET, ToleranceConfig())
+    return even(stroke=stroke, status=status, layer=np.where(stroke > 0, 3, -1),
+                thickness=np.where(stroke > 0, 2e-3, np.nan), extruding=stroke > 0)
+
+
+def test_ooze_on_travel_counts_to_the_layer_before() -> None:
+    defect, = find_defects(oozing(), TARGET, ToleranceConfig())
     assert (defect.kind, defect.stroke, defect.layer) == (DefectKind.OOZE, 0, 3)
     assert defect.worst == pytest.approx(20 * SPACING)
 
 
+def test_ink_that_is_late_leaves_no_missing_stroke() -> None:
+    assert kinds(gap(0, 8, 8)) == []
+
+
+def test_samples_far_apart_are_in_a_row_as_well() -> None:
+    coarse = profile_of([2e-3] * 20 + [1e-3] * 10 + [2e-3] * 20, spacing=3e-3)
+    assert kinds(coarse) == [DefectKind.THIN]
+
+
+def test_a_shift_that_is_allowed_is_no_defect() -> None:
+    assert kinds(far_beside(0.4e-3)) == []
+    assert kinds(far_beside(1.5e-3), offset=1.0) == []
+    assert kinds(far_beside(1.5e-3), None, offset=1.0) == [DefectKind.OFF_PATH]
+
+
 @pytest.mark.parametrize(('profile', 'switch'), [
     (with_widths(100, 110, 1.6e-3), {'width': 0.0}), (gap(100, 120), {'gap_length': 0.0}),
-    (gap(0, 100, 100), {'missing_strokes': False, 'gap_length': 0.0})])
+    (gap(0, 100, 100), {'missing_strokes': False, 'gap_length': 0.0}),
+    (far_beside(1.5e-3), {'offset': 0.0}), (oozing(), {'ooze_length': 0.0})])
 def test_each_check_can_be_switched_off(profile: ThicknessProfile, switch: Any) -> None:
     assert kinds(profile) != []
     assert kinds(profile, **switch) == []

@@ -74,6 +74,43 @@ def test_crossings_have_no_width_and_do_not_count() -> None:
         PASS)
 
 
+def test_where_lines_touch_all_along_nothing_passes() -> None:
+    """Infill that merges has no widths, however much ink was laid."""
+    for last in (250, 230):
+        merged = changed(150, last, status=Status.JUNCTION, thickness=np.nan, sigma=np.nan)
+        assert said(merged) == (NOT_ENOUGH_SEEN, [PASS, NOT_ENOUGH_SEEN],
+                                [PASS, NOT_ENOUGH_SEEN])
+
+
+def test_a_stroke_too_short_to_be_judged_does_not_pass() -> None:
+    dot = profile_of([6e-3] * 20, spacing=2e-4)  # 4 mm, of which 2 at each end
+    assert said(dot)[0] == NOT_ENOUGH_SEEN
+    assert said(dot, ends=0.0)[0] == FAIL
+    assert said(dot, targets=None, offset=0.0, neck=0.0)[0] == PASS  # gaps alone are looked for
+
+
+def test_what_was_being_laid_at_the_last_capture_is_no_end() -> None:
+    going_on = judge(two_strokes(), TARGET, ToleranceConfig(), False, laying=True)
+    assert going_on.at_its_end() == going_on
+    assert going_on.verdict == NOT_ENOUGH_SEEN
+
+
+def test_ooze_fails_the_print_whatever_layer_it_counts_to() -> None:
+    """Of a stroke that rises, the last sample is in another layer than most."""
+    profile = changed(120, 140, status=Status.OOZE)
+    layer = profile.layer.copy()
+    layer[95:100] = 7
+    assert said(replace(profile, layer=layer))[0] == FAIL
+
+
+def test_a_print_of_many_strokes_is_judged_as_fast() -> None:
+    """Each stroke looks at its own samples: 20 000 strokes of ten would take minutes else."""
+    count = 20_000
+    stroke = np.repeat(np.arange(1, count + 1), 10)
+    profile = replace(profile_of([2e-3] * len(stroke), spacing=2e-4), stroke=stroke)
+    assert len(judge(profile, TARGET, ToleranceConfig(), True).strokes) == count
+
+
 def test_where_heights_are_wanted_they_have_to_be_known() -> None:
     assert said(two_strokes(), target_height=0.6e-3)[0] == NOT_ENOUGH_SEEN
     heights = changed(0, 250, height=0.6e-3, height_sigma=1e-5)
