@@ -20,6 +20,7 @@ from bpc_perception.core.config import ToleranceConfig
 from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 
 SURE_SIGMAS = 2.0  # by which a value is out of its band: 95 %
+LEAST_KNOWN = 2  # samples out of their band, between which nothing is known
 BRIDGED_M = 2e-3  # without an answer within one defect
 SURROUNDINGS_M = 1e-2  # of a neck, with whose median it is compared
 MISSING_SHARE = 0.8  # of a stroke on which bed is seen: the rest is hardly more
@@ -186,7 +187,8 @@ def _in_a_row(profile: ThicknessProfile, check: Check, judged: Flags,
               fewest: int) -> Iterator[Defect]:
     """Yield the runs of at least ``fewest`` samples that are out of their band.
 
-    Where in between nothing is known, as in a steep neck, half as many have to be known.
+    Where between and beside them it is not known for lack of confidence, as in a steep neck, two
+    of them are enough.
     """
     inked = profile.status != Status.GAP  # where bed is seen, a width of 0 is not thin
     known = np.flatnonzero(judged & inked & ~np.isnan(check.excess))
@@ -199,10 +201,25 @@ def _in_a_row(profile: ThicknessProfile, check: Check, judged: Flags,
              | (np.diff(arc) > max(BRIDGED_M, 1.5 * spacing)))
     for run in np.split(np.arange(len(known)), np.flatnonzero(apart) + 1):
         own = known[run]
-        if outside[run[0]] and np.ptp(own) + 1 >= fewest and 2 * len(run) >= fewest:
+        if (outside[run[0]] and len(run) >= min(fewest, LEAST_KNOWN)
+                and _not_good(profile, own) >= fewest):
             worst = own[np.argmax(check.excess[own])]
             yield _defect(profile, check.kind, own, (float(arc[run[0]]), float(arc[run[-1]])),
                           float(check.value[worst]), float(check.limit[worst]))
+
+
+def _not_good(profile: ThicknessProfile, own: Index) -> int:
+    """Return the length of a row of samples: from the first to the last of ``own`` (K,).
+
+    With the samples of LOW_CONFIDENCE beside them: there the bead changes too fast for a width.
+    """
+    doubtful = profile.status == Status.LOW_CONFIDENCE
+    first, last = int(own[0]), int(own[-1])
+    while first > 0 and doubtful[first - 1]:
+        first -= 1
+    while last + 1 < len(doubtful) and doubtful[last + 1]:
+        last += 1
+    return last - first + 1
 
 
 def _missing_strokes(profile: ThicknessProfile, allowed: float) -> list[Defect]:

@@ -80,6 +80,16 @@ def test_a_neck_is_found_though_some_of_it_is_not_known() -> None:
     assert kinds(profile, None, samples=11) == []
 
 
+def test_a_steep_neck_of_which_only_the_middle_is_known_is_found() -> None:
+    thickness = with_widths(100, 112, 1.2e-3).thickness.copy()
+    status = even().status.copy()
+    steep = np.r_[100:105, 107:112]
+    thickness[steep], status[steep] = np.nan, Status.LOW_CONFIDENCE
+    assert kinds(even(thickness=thickness, status=status), None) == [DefectKind.NECK]
+    status[steep] = Status.OCCLUDED  # what is hidden is no sign of a neck
+    assert kinds(even(thickness=thickness, status=status), None) == []
+
+
 def test_the_ends_of_a_stroke_are_not_judged_by_width() -> None:
     assert kinds(with_widths(0, 10, 3e-3)) == []
     assert kinds(with_widths(0, 10, 3e-3), ends=0.0) == [DefectKind.THICK]
