@@ -25,6 +25,7 @@ from bpc_perception.cli.parts.options import (
     SeparateOption,
 )
 from bpc_perception.cli.parts.printer_nodes import printer_nodes
+from bpc_perception.cli.parts.result_table import show_verdict
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.result import Result
@@ -123,6 +124,9 @@ def replay(
             results.add(result)
             advance()
         files = results.finish()
+    for result in results.reported:
+        if result.verdict is not None:
+            show_verdict(terminal, result.verdict)
     terminal.files([out / file for file in files])
 
 

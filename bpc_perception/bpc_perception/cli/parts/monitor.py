@@ -146,6 +146,10 @@ class Monitor:
         """Return whether all results of a capture have come."""
         return all(stamp_ns in each for each in (self.profiles, self.advice, self.verdicts))
 
+    def last_verdicts(self) -> list[PrintVerdict]:
+        """Return the newest verdict on each print, of those that are kept."""
+        return list({each.print_id: each for each in self.verdicts.values()}.values())
+
     def _on_profile(self, profile: ThicknessProfile) -> None:
         if not profile.print_id:
             self._shown = None

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from bpc_perception.cli.parts.monitor import Monitor
+from bpc_perception.cli.parts.result_table import show_verdict
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.parameter import flatten
@@ -59,6 +60,8 @@ def recorder_settings(hand_eye: Path | None, parameters: Path | None) -> dict[st
 def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> Iterator[None]:
     """Record each print and write its results while the block runs; say where they are.
 
+    Say first whether each print is good.
+
     Args:
         saved: what to keep; None = nothing.
         monitor: looks after the nodes that do so, and knows which prints there were.
@@ -82,6 +85,8 @@ def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> I
         measured = {print_folder(saved.folder, print_id) for print_id in monitor.print_ids}
         folders = sorted((_folders(saved.folder) - before)
                          | {folder for folder in measured if folder.is_dir()})
+        for verdict in monitor.last_verdicts():
+            show_verdict(terminal, verdict.at_its_end())
         say_what_is_saved(folders, terminal)
 
 
