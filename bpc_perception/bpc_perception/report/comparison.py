@@ -16,7 +16,7 @@ from bpc_perception.core.inspection.verdict import Verdict
 from bpc_perception.core.profile import Status
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.verdict_words import NAMES
-from bpc_perception.report.result_folder import read_summary, SUMMARY
+from bpc_perception.report.result_folder import expect_summary, SUMMARY
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def load(folders: Sequence[Path]) -> list[PrintResult]:
 def _prints_in(folder: Path) -> list[Path]:
     """Return the folders of prints that the summary in a folder lists, or the folder itself."""
     file = folder / SUMMARY
-    prints = _read_json(folder).get('prints') if file.is_file() else None
+    prints = expect_summary(folder).get('prints') if file.is_file() else None
     try:
         return [folder / each['folder'] for each in prints] if prints else [folder]
     except (LookupError, TypeError) as error:
@@ -153,23 +153,10 @@ def _load(folder: Path, name: str) -> PrintResult:
 
 
 def _read_summary(folder: Path) -> dict[str, Any]:
-    summary, file = _read_json(folder), folder / SUMMARY
+    summary, file = expect_summary(folder), folder / SUMMARY
     missing = [key for key in ('print_id', 'thickness_mean_mm') if key not in summary]
     if missing:
         raise ValueError(f'{file}: expected {missing[0]}, found none; measure it again')
-    return summary
-
-
-def _read_json(folder: Path) -> dict[str, Any]:
-    file = folder / SUMMARY
-    try:
-        summary = read_summary(folder)
-    except ValueError as error:
-        raise ValueError(f'{file}: expected a summary as JSON, found: {error}'
-                         '; measure it again') from error
-    if not isinstance(summary, dict):
-        raise ValueError(f'{file}: expected a summary as JSON, found a {type(summary).__name__}'
-                         '; measure it again')
     return summary
 
 

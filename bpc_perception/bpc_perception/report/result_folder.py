@@ -62,6 +62,25 @@ def read_summary(folder: Path) -> dict[str, Any]:
     return summary
 
 
+def expect_summary(folder: Path) -> dict[str, Any]:
+    """Return the summary of the result in a folder.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is none; the message names what was expected and found.
+    """
+    file = folder / SUMMARY
+    try:
+        summary = read_summary(folder)
+    except ValueError as error:
+        raise ValueError(f'{file}: expected a summary as JSON, found: {error}'
+                         '; measure it again') from error
+    if not isinstance(summary, dict):
+        raise ValueError(f'{file}: expected a summary as JSON, found a {type(summary).__name__}'
+                         '; measure it again')
+    return summary
+
+
 def holds_recording(folder: Path) -> str:
     """Return the name of a recording in a folder, or of a folder with one; empty = none."""
     patterns = '*.mcap', '*.db3', '*/*.mcap', '*/*.db3'

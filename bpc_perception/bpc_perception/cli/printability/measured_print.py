@@ -20,7 +20,7 @@ from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
 from bpc_perception.report.profile_table import read_profile
-from bpc_perception.report.result_folder import read_summary, SUMMARY
+from bpc_perception.report.result_folder import expect_summary, SUMMARY
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def read_result(folder: Path, number: int | None) -> MeasuredPrint:
         OSError: a file cannot be read.
         ValueError: it is not such a folder; the message names what was expected and found.
     """
-    summary = _summary(folder)
+    summary = expect_summary(folder)
     prints = summary.get('prints') or []
     place = _chosen(folder, len(prints) or 1, number)
     if prints:
@@ -62,18 +62,6 @@ def read_result(folder: Path, number: int | None) -> MeasuredPrint:
     targets = _targets(folder, summary.get('settings') or {})
     print_id = (prints[place] if prints else summary).get('print_id')
     return MeasuredPrint(read_profile(folder / 'profile.csv', str(print_id or '')), targets)
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    try:
-        summary = read_summary(folder)
-    except ValueError as error:
-        raise ValueError(f'{folder / SUMMARY}: expected a summary as JSON, found: {error}'
-                         '; measure it again') from error
-    if not isinstance(summary, dict):
-        raise ValueError(f'{folder / SUMMARY}: expected a summary as JSON, found a '
-                         f'{type(summary).__name__}; measure it again')
-    return summary
 
 
 def _targets(folder: Path, settings: Mapping[str, Any]) -> WidthTargets | None:

@@ -7,7 +7,7 @@ no doubt [ISO 14253-1: to prove a fault, the band is widened by the uncertainty]
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -163,12 +163,18 @@ def inner(profile: ThicknessProfile, ends: float) -> Flags:
     return inside
 
 
-def find_defects(profile: ThicknessProfile, targets: WidthTargets | None,
+def find_defects(profile: ThicknessProfile, checks: Sequence[Check], inside: Flags,
                  tolerance: ToleranceConfig) -> list[Defect]:
-    """Return the defects of a print, in the order of the path."""
-    judged = inner(profile, tolerance.ends)
-    found = [defect for check in checks_of(profile, targets, tolerance)
-             for defect in _in_a_row(profile, check, judged, tolerance.samples)]
+    """Return the defects of a print, in the order of the path.
+
+    Args:
+        profile: N samples.
+        checks: that are made sample by sample.
+        inside: (N,) samples for which these are made.
+        tolerance: how far the print may be off.
+    """
+    found = [defect for check in checks
+             for defect in _in_a_row(profile, check, inside, tolerance.samples)]
     thin = [each for each in found if each.kind == DefectKind.THIN]
     found = [each for each in found if each.kind != DefectKind.NECK
              or not any(one.start <= each.end and each.start <= one.end for one in thin)]

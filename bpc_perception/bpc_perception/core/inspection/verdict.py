@@ -12,6 +12,7 @@ from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Flags
 from bpc_perception.core.config import ToleranceConfig
 from bpc_perception.core.inspection.defects import (
+    Check,
     checks_of,
     Defect,
     DefectKind,
@@ -110,9 +111,11 @@ def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: To
         ended: whether the whole print was laid by then.
         laying: whether ink was being laid at the capture.
     """
-    defects = find_defects(profile, targets, tolerance)
+    checks = tuple(checks_of(profile, targets, tolerance))
+    inside = inner(profile, tolerance.ends)
+    defects = find_defects(profile, checks, inside, tolerance)
     wrong = {each.stroke for each in defects}
-    seen = _seen(profile, targets, tolerance)
+    seen = _seen(profile, checks, inside, tolerance.samples)
     judged = _judged(targets, tolerance)
     last = profile.stroke[-1] if len(profile) else 0
     strokes = []
@@ -133,16 +136,15 @@ def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: To
     return verdict.at_its_end() if ended else verdict
 
 
-def _seen(profile: ThicknessProfile, targets: WidthTargets | None,
-          tolerance: ToleranceConfig) -> Flags:
+def _seen(profile: ThicknessProfile, checks: Sequence[Check], inside: Flags,
+          fewest: int) -> Flags:
     """Return which samples (N,) every check could judge; where bed is seen there is no width."""
     gap = profile.status == Status.GAP
     seen = gap | (profile.status == Status.MEASURED)
-    inside = inner(profile, tolerance.ends)
     ends = ~inside
     for own in samples_of_strokes(profile):  # nothing else of a short stroke is judged
-        ends[own] &= inside[own].sum() >= tolerance.samples
-    for check in checks_of(profile, targets, tolerance):
+        ends[own] &= inside[own].sum() >= fewest
+    for check in checks:
         seen &= gap | ends | (inside & ~np.isnan(check.excess))
     return seen
 

@@ -11,7 +11,8 @@ import pytest
 
 from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import ToleranceConfig
-from bpc_perception.core.inspection.defects import DefectKind, find_defects
+from bpc_perception.core.inspection.defects import Defect, DefectKind
+from bpc_perception.core.inspection.verdict import judge
 from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 
 TARGET = WidthTargets.constant(2e-3)
@@ -29,6 +30,11 @@ def with_widths(first: int, last: int, width: float) -> ThicknessProfile:
     thickness = even().thickness.copy()
     thickness[first:last] = width
     return even(thickness=thickness, left=thickness / 2, right=thickness / 2)
+
+
+def find_defects(profile: ThicknessProfile, targets: WidthTargets | None,
+                 tolerance: ToleranceConfig) -> tuple[Defect, ...]:
+    return judge(profile, targets, tolerance, True).defects
 
 
 def kinds(profile: ThicknessProfile, targets: WidthTargets | None = TARGET,
