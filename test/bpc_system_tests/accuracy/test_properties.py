@@ -42,7 +42,7 @@ GAP = (9 * MM, 11 * MM)
 MAX_SIGMAS = {'cross_section': 3.0, 'paper': 12**0.5}
 END_POINTS = 1.5  # path points next to a start or end of ink where statuses may differ
 
-few = settings(max_examples=20, derandomize=True, deadline=None)
+few = settings(max_examples=20)
 colours = st.tuples(*[st.integers(20, 230).map(float)] * 3)
 
 

@@ -26,7 +26,8 @@ STILL_M = 1e-6  # a step that is none
 LEAST_SPREAD_M = 5e-5  # of distances: what is nearer counts fully
 # A motion that so little depends on is not told by the path, such as a turn about a line.
 UNKNOWN = 0.01
-TILTED = 1.1  # by how much a tilt has to bring ink nearer, to be one
+# A tilt is one by F(2, n) at which chance is 1 of 400, n ways of ink that err independently.
+TILTED, INDEPENDENT_M = 6.0, 0.5e-3
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,9 @@ def _nearer(pieces: Pieces, ink: RecordedInk, pose: Array) -> Alignment:
     """Return the alignment to which a pose (4, 4) leads."""
     flat = explained(pieces, ink, _brought(pieces, ink, pose, 'turned'))
     tilted = explained(pieces, ink, _brought(pieces, ink, pose, 'tilted'))
-    if tilted.cost < flat.cost - NEAR_M or flat.residual > TILTED * tilted.residual:
-        return tilted
-    return flat
+    ways = 2 * ink.length / INDEPENDENT_M
+    told = flat.residual**2 > (1 + 2 * TILTED / ways) * tilted.residual**2
+    return tilted if told or tilted.cost < flat.cost - NEAR_M else flat
 
 
 def _slid(pieces: Pieces, ink: RecordedInk, pose: Array) -> Array:

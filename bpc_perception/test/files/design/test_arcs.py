@@ -9,7 +9,7 @@ import pytest
 from bpc_perception.files.design.arcs import Arc, CHORD_MM
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(radius=st.floats(0.05, 5000), begin=st.floats(-3, 3), turn=st.floats(0.1, 6.1),
        clockwise=st.booleans(), rise=st.floats(-5, 5), by_radius=st.booleans())
 def test_chords_lie_on_the_circle(radius: float, begin: float, turn: float, clockwise: bool,

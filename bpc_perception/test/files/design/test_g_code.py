@@ -167,7 +167,7 @@ WHOLE = st.integers(-10_000, 10_000)
 POINTS = st.lists(st.tuples(WHOLE, WHOLE, WHOLE), min_size=2, max_size=6, unique=True)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(st.tuples(POINTS, st.integers(1, 90), st.integers(0, 3)), min_size=1, max_size=5))
 def test_what_is_written_is_read(parts: list[tuple[list[tuple[int, int, int]], int, int]]) -> None:
     design = Design(tuple(

@@ -29,13 +29,13 @@ def tried(text: str) -> None:
         assert not said or '; ' in said
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.text(LETTERS, max_size=200))
 def test_letters_of_g_code(text: str) -> None:
     tried('M83\nG0 X0 Y0 Z0\n' + text)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.text(max_size=300))
 def test_any_text(text: str) -> None:
     tried(text)

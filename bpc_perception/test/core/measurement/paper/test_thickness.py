@@ -116,7 +116,7 @@ def test_no_points_are_held_by_nothing() -> None:
     assert len(containing_contour(np.empty((0, 2)), [SQUARE])) == 0
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60)
 @given(st.integers(0, 10**6), st.integers(3, 40), st.booleans())
 def test_containment_agrees_with_even_odd_counting(seed: int, vertices: int,
                                                   whole: bool) -> None:
