@@ -96,7 +96,7 @@ def profile_along(points: Array, stroke: Index, left: Array | float = 0.0,
     path = path_through(points)
     return replace(
         profile_of([width] * count), time=path.time, arc_length=path.arc_length, points=points,
-        stroke=stroke, print_start_ns=START_NS,
+        stroke=stroke, extruding=stroke > 0, print_start_ns=START_NS,
         status=np.where(stroke > 0, Status.MEASURED, Status.BARE).astype(np.uint8),
         left=width / 2 + offset, right=width / 2 - offset,
         left_points=ground + side * (offset + width / 2)[:, None],

@@ -21,6 +21,7 @@ from bpc_perception.cli.parts.preflight import (
     FAIL,
     Finding,
     judge_calibration,
+    judge_design,
     judge_disk,
     judge_domain,
     judge_target,
@@ -88,8 +89,11 @@ def check(
 
 def settings_findings(parameters: Path | None) -> Iterator[Finding]:
     """Yield what is good or bad about parameters."""
-    advice = configure(ThicknessConfig(), 'thickness', parameters).advice
+    thickness = configure(ThicknessConfig(), 'thickness', parameters)
+    advice = thickness.advice
     yield judge_target(advice.target_thickness, advice.target_file)
+    if thickness.design.file:
+        yield judge_design(thickness.design)
     try:
         offset = live_recorder(parameters).nozzle_offset
     except ConfigError as error:

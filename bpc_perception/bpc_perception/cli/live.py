@@ -20,6 +20,7 @@ from bpc_perception.cli.parts.saved_prints import (
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
 from bpc_perception.drivers.cameras import check_back_end
+from bpc_perception.files.design.wanted import wanted_design
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, live_recorder, name_other_sections
 from bpc_perception.messages import topics
@@ -40,6 +41,9 @@ def live(
     parameters: Annotated[Path | None, typer.Option(
         '--params', metavar='FILE',
         help='ROS parameter file for the nodes; it has to say the nozzle_offset.')] = None,
+    design: Annotated[Path | None, typer.Option(
+        '--design', metavar='FILE', help='What the prints are to be: G-code, or a CSV path. Where '
+        'it lies, and what switches ink, the parameters design.* tell.')] = None,
     camera: Annotated[str | None, typer.Option(
         '--camera', metavar='BACK_END', help='Take captures with this back end of the camera '
         'driver, in the thickness node\'s process; unless given, the camera publishes.')] = None,
@@ -62,14 +66,16 @@ def live(
     if new_print and resume:
         raise ValueError('expected --new-print or --resume, found both; give one of them')
     load_hand_eye(hand_eye)
-    configure(ThicknessConfig(), 'thickness', parameters)
+    thickness = configure(ThicknessConfig(), 'thickness', parameters)
+    wanted_design(thickness.design, design)
     name_other_sections(parameters)
     if camera is not None:
         check_back_end(camera)
     recorder = live_recorder(parameters)
     expect_room_for(out, 'the prints')
     others = remappings(remap)
-    saved = None if no_save else SavedPrints(out, hand_eye, parameters, others)
+    saved = None if no_save else SavedPrints(
+        out, hand_eye, parameters, others, design)
     pose_topic = FlangePoses(recorder.pose, recorder.base_frame).topic
     inputs = [others.get(name, name) for name in (*topics.CAMERA, pose_topic, topics.EXTRUSION)]
     with (monitoring(terminal, keep=1) as monitor,
@@ -77,7 +83,7 @@ def live(
           Nodes(parameters, remappings=others) as nodes,
           serving(page, terminal, others)):
         start_nodes(nodes, recorder, hand_eye, camera,
-                    'none' if new_print else 'newest' if resume else recorder.resume)
+                    'none' if new_print else 'newest' if resume else recorder.resume, design)
         terminal.say('Waiting for captures; Ctrl-C ends.')
         supervisor = Supervisor(nodes, monitor.node)
         monitor.spin_until(lambda: False, SILENCE_PATIENCE_S, supervisor.check)
@@ -86,7 +92,7 @@ def live(
 
 
 def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,
-                camera: str | None, resume: str) -> None:
+                camera: str | None, resume: str, design: Path | None = None) -> None:
     """Start path recorder and thickness node, the latter with the camera driver if there is one.
 
     Args:
@@ -95,10 +101,12 @@ def start_nodes(nodes: Nodes, recorder: RecorderConfig, hand_eye: Path,
         hand_eye: file of the hand-eye calibration.
         camera: back end of the camera driver; None = the camera publishes by itself.
         resume: which print to go on with, see RecorderConfig.
+        design: of the prints; None = that of the parameters.
     """
     state = recorder.state_folder or str(default_folder())
     nodes.start('bpc_perception.nodes.path_recorder', state_folder=state, resume=resume)
-    thickness = {'hand_eye_file': str(hand_eye), 'state_folder': state}
+    thickness = {'hand_eye_file': str(hand_eye), 'state_folder': state,
+                 **({'design.file': str(design)} if design else {})}
     if camera is None:
         nodes.start('bpc_perception.nodes.thickness', **thickness)
     else:

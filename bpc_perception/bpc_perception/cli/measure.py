@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,7 @@ from bpc_perception.cli.parts.design_options import (
     InkOffOption,
     InkOnOption,
     PlaceOption,
-    wanted_design,
+    with_design,
 )
 from bpc_perception.cli.parts.options import (
     BagArgument,
@@ -28,6 +29,7 @@ from bpc_perception.cli.parts.options import (
 from bpc_perception.cli.parts.result_table import ResultTable, show_layers, show_verdict
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
 from bpc_perception.core.inspection.verdict import PrintVerdict, Verdict
+from bpc_perception.display.design_words import design_in_words
 from bpc_perception.display.wording import lost_in_words
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
@@ -70,13 +72,14 @@ def measure(
     check_out(out)
     check_figures(figures)
     recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
+    recording = replace(recording, thickness=with_design(
+        recording.thickness, design, design_at, ink_on, ink_off))
     check_recording(out, bag)
-    wanted = wanted_design(design, design_at, ink_on, ink_off)
     expected, table = capture_count(recording.bag), ResultTable(terminal)
     check_capture(bag, capture, expected)
     with replacing(out) as folder:
         results = PrintResults(
-            folder, provenance_of(recording, wanted),
+            folder, provenance_of(recording),
             Wanted(capture, all_captures, print_number, figures), expected,
             lambda: WARNINGS.texts)
         with terminal.progress('measure', expected) as advance:
@@ -91,6 +94,8 @@ def measure(
             show_layers(terminal, result.profile)
         if result.verdict is not None:
             show_verdict(terminal, result.verdict)
+        if result.design is not None:
+            terminal.say(design_in_words(result.design.findings))
     for warning in dict.fromkeys(text for result in results.reported for text in (
             result.warning, lost_in_words(result.profile) if result.profile else '')):
         if warning:

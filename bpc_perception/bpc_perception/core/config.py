@@ -123,8 +123,8 @@ class ToleranceConfig(Config):
         'How far a height may be off its target, per the target; 0 = not judged', '', 0, 10)
     ] = 0.25
     offset: Annotated[float, Parameter(
-        "How far the bead's middle may lie beside the path, per the width wanted; 0 = not judged",
-        '', 0, 10)] = 0.25
+        "How far the bead's middle may lie beside the path, and beside the design, per the width "
+        'wanted; 0 = not judged', '', 0, 10)] = 0.25
     gap_length: Annotated[float, Parameter(
         'Longest gap allowed; 0 = not judged', 'm', 0, 1)] = 0.002
     neck: Annotated[float, Parameter(
@@ -133,7 +133,8 @@ class ToleranceConfig(Config):
     ooze_length: Annotated[float, Parameter(
         'Longest ink on travel allowed; 0 = not judged', 'm', 0, 1)] = 0.002
     missing_strokes: Annotated[bool, Parameter(
-        'Whether strokes without ink are looked for')] = True
+        'Whether strokes without ink are looked for, and strokes of the design that are skipped')
+    ] = True
     samples: Annotated[int, Parameter(
         'So many samples in a row are a defect, where each is out of its band', '', 1, 1000)] = 5
     ends: Annotated[float, Parameter(
@@ -141,6 +142,23 @@ class ToleranceConfig(Config):
     ] = 0.002
     coverage: Annotated[float, Parameter(
         'Least share of a stroke that has to be seen for it to pass', '', 0, 1)] = 0.8
+
+
+@dataclass(frozen=True)
+class DesignConfig(Config):
+    """What a print shall be."""
+
+    file: Annotated[str, Parameter(
+        'Design of the print, G-code or a CSV path; empty = none', read_only=True)] = ''
+    place: Annotated[str, Parameter(
+        "Where the design's origin lies in the robot base frame, and how it is turned about z, as "
+        '"x,y,z,yaw" in millimetres and degrees; empty = found from the path',
+        read_only=True)] = ''
+    ink_on: Annotated[str, Parameter(
+        'Commands of the G-code that switch ink on, as "M42 P32 S255", where it is not E; with ; '
+        'between several', read_only=True)] = ''
+    ink_off: Annotated[str, Parameter(
+        'Commands that switch it off, alike', read_only=True)] = ''
 
 
 @dataclass(frozen=True)
@@ -283,6 +301,7 @@ class ThicknessConfig(Config):
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
     tolerance: ToleranceConfig = field(default_factory=ToleranceConfig)
+    design: DesignConfig = field(default_factory=DesignConfig)
     watch: WatchConfig = field(default_factory=WatchConfig)
     process: ProcessConfig = field(default_factory=ProcessConfig)
 
@@ -319,6 +338,9 @@ class BagRecorderConfig(Config):
     parameter_file: Annotated[str, Parameter(
         'ROS parameter file that is kept with each recording; empty = none',
         read_only=True)] = ''
+    design_file: Annotated[str, Parameter(
+        'Design that is kept with each recording; empty = that of the parameter file',
+        read_only=True)] = ''
     pose: PoseConfig = field(default_factory=PoseConfig)
 
 
@@ -332,6 +354,8 @@ class ResultsWriterConfig(Config):
         'Hand-eye calibration with which is measured', read_only=True)] = ''
     parameter_file: Annotated[str, Parameter(
         'ROS parameter file of the nodes that measure; empty = none', read_only=True)] = ''
+    design_file: Annotated[str, Parameter(
+        'Design of the prints; empty = that of the parameter file', read_only=True)] = ''
     period: Annotated[float, Parameter(
         'How often the results of a print are written while it grows', 's', 0.1, 3600,
         read_only=True)] = 10.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
+from bpc_perception.core.design.comparison import DesignComparison
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 
@@ -22,6 +23,7 @@ class Result:
         profile: thickness along the path; None = refused.
         advice: what to change; None = refused.
         verdict: whether the print is good; None = refused.
+        design: the print beside its design; None = none is told, or refused.
         refusal: why there is no profile; empty = there is one.
         premature: whether there is none because the print has not begun, or only just: no fault.
         warning: about a result that is right as it is, but may not be what was meant.
@@ -32,6 +34,7 @@ class Result:
     profile: ThicknessProfile | None = None
     advice: RateAdvice | None = None
     verdict: PrintVerdict | None = None
+    design: DesignComparison | None = None
     refusal: str = ''
     premature: bool = False
     warning: str = ''

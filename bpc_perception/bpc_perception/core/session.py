@@ -9,12 +9,12 @@ import logging
 from bpc_perception.core.advice.advisor import Advisor
 from bpc_perception.core.advice.rate_advice import Reason
 from bpc_perception.core.advice.setup import Setup
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.calibration.misfits import what_would_fit
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.capture.exposure import around, Exposure
 from bpc_perception.core.config import ThicknessConfig
+from bpc_perception.core.design.comparison import DesignComparison, DesignFollower, WantedDesign
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.inspection.verdict import judge, PrintVerdict
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
@@ -31,6 +31,7 @@ from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.core.watch.extruder_flag import extruder_contradiction
 
 STANDING_S = 0.5  # without a path point, for which ink is laid no longer
@@ -52,8 +53,8 @@ class Session:
     MAXIMUM_WAITING = 4  # captures that may wait live for the path; each may be 46 MB
 
     def __init__(self, config: ThicknessConfig, hand_eye: HandEye,
-                 setup: Setup | None = None) -> None:
-        """Begin, perhaps with the setup of the prints before."""
+                 setup: Setup | None = None, design: WantedDesign | None = None) -> None:
+        """Begin, perhaps with the setup of the prints before, and with their design."""
         self.config = config
         self._hand_eye = hand_eye
         self._poses, self._whereabouts = PoseBuffer(), Whereabouts()
@@ -63,7 +64,8 @@ class Session:
         self._counts: Counter[str] = Counter()  # of each print, measured so far
         targets = config.advice.target_file
         self._targets = WidthTargets.read(targets) if targets else None
-        self._advisor = Advisor(self._targets, setup)
+        self._advisor = Advisor(setup=setup)
+        self._design = DesignFollower(design) if design else None
         self._memory, self._ground = PrintMemory(), Ground()
 
     @property
@@ -111,7 +113,7 @@ class Session:
         self._waiting.clear()
         self._newest = ('', 0)
         self._counts.clear()
-        self._advisor = Advisor(self._targets, self.setup)
+        self._advisor = Advisor(setup=self.setup)
         self._memory, self._ground = PrintMemory(), Ground()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
@@ -183,13 +185,16 @@ class Session:
                               self._ground)
             off_path = profile.off_path(self.config.maximum_offset)
             extruder = extruder_contradiction(path.until(capture.stamp_ns))
+            design = self._design.compare(profile, path) if self._design else None
+            targets = self._targets_of(profile, design)
             advice = self._advisor.advise(
                 profile, path, self.config.advice, Reason.EXTRUDER_FAULT if extruder else
-                Reason.PATH_OFFSET if off_path else None)
-            verdict = self._judge(profile, path, capture.stamp_ns)
+                Reason.PATH_OFFSET if off_path else None, targets)
+            verdict = self._judge(profile, path, capture.stamp_ns, targets, design)
             # Without strokes ink seems to lie anywhere; beside its path, to be of another print.
             warnings = (extruder or off_path or self._ground.warning,
                         overexposed(capture, T_base_camera, profile),
+                        design.warning(profile) if design else '',
                         self._hand_eye.contradiction(self.config.base_frame, capture.frame_id))
         except MeasurementError as error:
             flange = self._poses.at(capture.stamp_ns, self.config.maximum_pose_gap)
@@ -204,18 +209,23 @@ class Session:
                           refusal=f'measurement: expected a result, found {error!r}'
                                   '; please report it with the log')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
-        return Result(capture, T_base_camera, profile, advice, verdict,
+        return Result(capture, T_base_camera, profile, advice, verdict, design,
                       warning='; '.join(filter(None, warnings)))
 
-    def _judge(self, profile: ThicknessProfile, path: DepositionPath,
-               stamp_ns: int) -> PrintVerdict:
+    def _targets_of(self, profile: ThicknessProfile,
+                    design: DesignComparison | None) -> WidthTargets | None:
+        """Return the widths wanted along a print: the design's, where it tells them."""
+        others = WidthTargets.wanted(self._targets, self.config.advice.target_thickness)
+        return design.targets(profile.arc_length, others) if design else others
+
+    def _judge(self, profile: ThicknessProfile, path: DepositionPath, stamp_ns: int,
+               targets: WidthTargets | None, design: DesignComparison | None) -> PrintVerdict:
         """Judge what is known of a print; it ended where all of its path was laid by then."""
-        targets = WidthTargets.wanted(self._targets, self.config.advice.target_thickness)
         laid = path.until(stamp_ns)
         ended = path.finished and len(laid) == len(path)
         age = (stamp_ns - path.start_ns) * 1e-9 - laid.time[-1:]
         laying = bool((laid.extruding[-1:] & (age < STANDING_S)).any())
-        return judge(profile, targets, self.config.tolerance, ended, laying)
+        return judge(profile, targets, self.config.tolerance, ended, laying, design)
 
 
 def just_begun(capture: Capture, path: DepositionPath) -> bool:

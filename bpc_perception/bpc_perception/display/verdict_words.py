@@ -15,7 +15,8 @@ TONES = {Verdict.PASS: 'good', Verdict.FAIL: 'bad', Verdict.NOT_ENOUGH_SEEN: 'ol
 DEFECTS = {
     DefectKind.THIN: 'thin', DefectKind.THICK: 'thick', DefectKind.LOW: 'low',
     DefectKind.HIGH: 'high', DefectKind.OFF_PATH: 'off path', DefectKind.GAP: 'gap',
-    DefectKind.NECK: 'neck', DefectKind.OOZE: 'ooze', DefectKind.MISSING_STROKE: 'missing stroke'}
+    DefectKind.NECK: 'neck', DefectKind.OOZE: 'ooze', DefectKind.MISSING_STROKE: 'missing stroke',
+    DefectKind.OFF_DESIGN: 'off design', DefectKind.SKIPPED: 'skipped'}
 LEAST = {DefectKind.THIN, DefectKind.LOW, DefectKind.NECK}  # whose limit is the least allowed
 
 
@@ -43,7 +44,7 @@ def not_judged(verdict: PrintVerdict) -> str:
 def defect_in_words(defect: Defect) -> str:
     """Return what is wrong, and by how much."""
     name, worst = DEFECTS[defect.kind], defect.worst * MM_PER_M
-    if defect.kind == DefectKind.MISSING_STROKE:
+    if defect.kind in (DefectKind.MISSING_STROKE, DefectKind.SKIPPED):
         return f'{name} of {worst:.1f} mm'
     limit = abs(defect.limit) * MM_PER_M
     if defect.kind in (DefectKind.GAP, DefectKind.OOZE):
@@ -57,6 +58,8 @@ def defect_in_words(defect: Defect) -> str:
 def place_in_words(defect: Defect) -> str:
     """Return where a defect is: its stroke, and the arc lengths between which it lies."""
     where = f'stroke {defect.stroke}' if defect.stroke else 'travel'
+    if defect.kind == DefectKind.SKIPPED:
+        where += ' of the design'
     return f'{where}, {defect.start * MM_PER_M:.1f} to {defect.end * MM_PER_M:.1f} mm'
 
 

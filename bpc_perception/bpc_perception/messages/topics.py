@@ -14,6 +14,7 @@ from visualization_msgs.msg import MarkerArray
 
 from bpc_interfaces.msg import (
     DepositionPath,
+    DesignComparison,
     ExtrusionState,
     PrintVerdict,
     RateAdvice,
@@ -35,13 +36,14 @@ PLUNGER, EXTRUDING = 'plunger_joint_states', 'extruding'
 PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
 PROFILE, ADVICE, VERDICT = 'thickness_profile', 'rate_advice', 'print_verdict'
+DESIGN = 'design_comparison'  # only where the thickness node has a design
 PROFILE_UPDATE = 'thickness_profile/update'  # what changed in a long PROFILE
 SEND_PROFILE = 'thickness/send_profile'  # service: publish the whole
 MARKERS, OVERLAY = 'thickness/markers', 'thickness/overlay'
 WIDTH, DEVIATION = 'thickness/width', 'thickness/deviation'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
                            PROFILE_UPDATE: ThicknessProfileUpdate, ADVICE: RateAdvice,
-                           VERDICT: PrintVerdict,
+                           VERDICT: PrintVerdict, DESIGN: DesignComparison,
                            '/diagnostics': DiagnosticArray}
 
 # For people; made only while someone subscribes.

@@ -11,22 +11,19 @@ from std_msgs.msg import Header
 from bpc_interfaces.msg import PrintVerdict as PrintVerdictMsg
 from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import PartVerdict, PrintVerdict, Verdict
-from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages.array_fields import axes_fields, check_lengths
 from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_to_ns
 
 STROKE = 'stroke_number', 'stroke_layer', 'stroke_verdict', 'stroke_seen'
 LAYER = 'layer_number', 'layer_verdict', 'layer_seen'
+AXES = 'x', 'y', 'z'
 DEFECT = ('kind', 'stroke', 'layer', 'start', 'end', 'worst', 'limit', 'samples')
 
 
-def verdict_to_message(verdict: PrintVerdict, profile: ThicknessProfile,
-                       frame_id: str) -> PrintVerdictMsg:
-    """Convert the verdict on a profile in a frame to a message."""
+def verdict_to_message(verdict: PrintVerdict, frame_id: str) -> PrintVerdictMsg:
+    """Convert a verdict in a frame to a message."""
     strokes, layers = verdict.strokes, verdict.layers
-    middle = np.array([(each.start + each.end) / 2 for each in verdict.defects])
-    places = np.column_stack([np.interp(middle, profile.arc_length, axis)
-                              for axis in profile.points.T]) if len(middle) else np.empty((0, 3))
+    places = np.array([each.middle for each in verdict.defects]).reshape(-1, 3)
     return PrintVerdictMsg(
         header=Header(stamp=ns_to_stamp(verdict.stamp_ns), frame_id=frame_id),
         print_id=verdict.print_id, ended=verdict.ended, verdict=int(verdict.verdict),
@@ -47,7 +44,7 @@ def verdict_to_message(verdict: PrintVerdict, profile: ThicknessProfile,
 
 def verdict_from_message(message: PrintVerdictMsg) -> PrintVerdict:
     """Convert a verdict from its message. Raises ConversionError for impossible values."""
-    for names in STROKE, LAYER, [f'defect_{name}' for name in DEFECT]:
+    for names in STROKE, LAYER, [f'defect_{name}' for name in (*DEFECT, *AXES)]:
         check_lengths('print_verdict', message, names)
     try:
         return PrintVerdict(
@@ -59,11 +56,17 @@ def verdict_from_message(message: PrintVerdictMsg) -> PrintVerdict:
                           for number, layer, verdict, seen in _rows(message, STROKE)),
             layers=tuple(PartVerdict(number, number, Verdict(verdict), seen)
                          for number, verdict, seen in _rows(message, LAYER)),
-            defects=tuple(Defect(DefectKind(kind), *others) for kind, *others in _rows(
-                message, [f'defect_{name}' for name in DEFECT])))
+            defects=tuple(_defect(*row) for row in _rows(
+                message, [f'defect_{name}' for name in (*DEFECT, *AXES)])))
     except ValueError as error:  # of an enumeration
         raise ConversionError(f'print_verdict: expected verdicts and defects that are known, '
                               f'found: {error}; is its sender of another version?') from None
+
+
+def _defect(kind: int, stroke: int, layer: int, start: float, end: float, worst: float,
+            limit: float, samples: int, *middle: Any) -> Defect:
+    x, y, z = middle
+    return Defect(DefectKind(kind), stroke, layer, start, end, worst, limit, samples, (x, y, z))
 
 
 def _rows(message: PrintVerdictMsg, names: Any) -> zip[tuple[Any, ...]]:

@@ -58,7 +58,7 @@ class BagRecorderNode(Node):
                  **kwargs: Any) -> None:
         super().__init__('bag_recorder', **kwargs)
         self._config = config = NodeConfig(self, BagRecorderConfig()).value
-        beside = kept_beside(config.hand_eye_file, config.parameter_file)
+        beside = kept_beside(config.hand_eye_file, config.parameter_file, config.design_file)
         self.failure = ''
         self._on_progress = on_progress
         self._diagnostics = Diagnostics(self)

@@ -13,12 +13,13 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 
-from bpc_interfaces.msg import PrintVerdict, RateAdvice
+from bpc_interfaces.msg import DesignComparison, PrintVerdict, RateAdvice
 from bpc_perception.core.config import PageConfig
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import image_to_rgb
+from bpc_perception.messages.design import design_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
@@ -59,6 +60,8 @@ class PageNode(Node):
         self._profiles.pause(True)  # nobody looks yet
         self.create_subscription(RateAdvice, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
         self.create_subscription(PrintVerdict, topics.VERDICT, self._on_verdict, topics.RESULT_QOS)
+        self.create_subscription(
+            DesignComparison, topics.DESIGN, self._on_design, topics.RESULT_QOS)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
         services = TriggerServices(self, BUTTON_SERVICES)
         self._target = TargetClient(self, self._on_target, self._diagnostics.warn)
@@ -97,6 +100,10 @@ class PageNode(Node):
         with self._showing():
             verdict = verdict_from_message(message)
             self._board.verdict = verdict if verdict.print_id else None
+
+    def _on_design(self, message: DesignComparison) -> None:
+        with self._showing():
+            self._board.design = design_from_message(message) if message.print_id else None
 
     def _on_overlay(self, message: Image) -> None:
         with self._showing():

@@ -23,6 +23,7 @@ from bpc_perception.core.parameter import ConfigError, flatten, replace_flat
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.core.robot.poses import PoseBuffer
+from bpc_perception.files.design.wanted import wanted_design
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.messages import topics
@@ -59,7 +60,8 @@ class ResultsWriterNode(Node):
         file = config.parameter_file or None
         self._thickness = configure(ThicknessConfig(), 'thickness', file)
         self._recorder = configure(RecorderConfig(), 'path_recorder', file)
-        self._results = LiveResults(Path(config.prints))
+        self._results = LiveResults(
+            Path(config.prints), wanted_design(self._thickness.design, config.design_file))
         # When files were written, and a result came, last [s], steady.
         self._written = self._heard = -np.inf
         # What came of each capture, by its stamp [ns], until all of it is there.

@@ -10,25 +10,20 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bpc_interfaces.msg import PrintVerdict as PrintVerdictMsg, RateAdvice as RateAdviceMsg
-from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.config import ThicknessConfig
-from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.path.deposition_path import DepositionPath
-from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.session import Session
+from bpc_perception.files.design.wanted import wanted_design
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.stamps import ConversionError
-from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.nodes.parts.kept_setup import KeptSetup
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
-from bpc_perception.nodes.parts.profile_publisher import ProfilePublisher
+from bpc_perception.nodes.parts.result_publisher import ResultPublisher
 from bpc_perception.nodes.parts.single_source import subscribe_single_source
 from bpc_perception.nodes.parts.views import Views
 from bpc_perception.runtime.clock import expect_not_ahead, on_jump_back, steady_clock
@@ -56,14 +51,13 @@ class ThicknessNode(Node):
         hand_eye = load_hand_eye(config.hand_eye_file)
         self._diagnostics = Diagnostics(self, watch=config.watch)
         self._setup = KeptSetup(config.state_folder, self._now_ns, self._diagnostics.warn)
-        self._session = Session(config, hand_eye, self._setup.setup)
+        self._session = Session(config, hand_eye, self._setup.setup,
+                                wanted_design(config.design))
         self._pairer = CapturePairer()
         self._handed_over: deque[tuple[Capture, int, Event]] = deque()
         self._diagnostics.expect(CAPTURES, paced=True)
         self._frame = config.base_frame
-        self._profiles = ProfilePublisher(self, self._frame)
-        self._advice = self.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
-        self._verdicts = self.create_publisher(PrintVerdictMsg, topics.VERDICT, topics.RESULT_QOS)
+        self._results = ResultPublisher(self, self._frame, bool(config.design.file))
         self._views = Views(self, self._frame)
         self._ended = False  # the print
         for name, kind in topics.CAMERA.items() if camera_topics else ():
@@ -131,16 +125,14 @@ class ThicknessNode(Node):
 
     def _measure(self) -> None:
         for result in self._session.results(time.monotonic_ns()):
-            if result.profile is None or result.advice is None or result.verdict is None:
+            if result.profile is None:
                 if result.premature:
                     self._diagnostics.count(BEFORE_PRINT)
                     self._diagnostics.wait_for(result.refusal)
                 else:
                     self._diagnostics.refuse(result.refusal)
                 continue
-            self._profiles.publish(result.profile, self._config.value.longest_whole_profile)
-            self._advice.publish(advice_to_message(result.advice))
-            self._verdicts.publish(verdict_to_message(result.verdict, result.profile, self._frame))
+            self._results.publish(result, self._config.value.longest_whole_profile)
             self._diagnostics.count('profiles')
             try:
                 self._views.publish(result, self._config.value.overlay_layer)
@@ -149,7 +141,7 @@ class ThicknessNode(Node):
             if result.warning:
                 self._diagnostics.warn(result.warning)
         if self._ended:
-            self._profiles.complete()
+            self._results.complete()
         self._setup.keep(self._session.setup)
 
     def _now_ns(self) -> int:
@@ -174,12 +166,7 @@ class ThicknessNode(Node):
     def _forget_print(self) -> None:
         """Forget what was received of the print, and tell those who know of it."""
         self._session.clear()
-        if self._profiles.told:
-            now_ns = self._now_ns()
-            self._profiles.clear(now_ns)
-            self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
-            self._verdicts.publish(verdict_to_message(
-                PrintVerdict.none(now_ns), ThicknessProfile.none(now_ns), self._frame))
+        if self._results.clear(self._now_ns()):
             self._views.clear()
 
 

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
-from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.design.comparison import DesignFindings
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.wording import ALARMS, REASONS
 
 WIDEST_OVERLAY_PX = 1600  # larger ones are made smaller
@@ -106,7 +107,7 @@ class Board:
 
     Attributes:
         now_ns: the node's clock [ns], which a recording may slow down or stop.
-        profile, advice, verdict, overlay, target: None until there is one.
+        profile, advice, verdict, design, overlay, target: None until there is one.
         nodes: what each node said last, by name.
         events: the newest first.
     """
@@ -121,13 +122,14 @@ class Board:
         self.profile: ThicknessProfile | None = None
         self.advice: RateAdvice | None = None
         self.verdict: PrintVerdict | None = None
+        self.design: DesignFindings | None = None
         self.overlay: Overlay | None = None
         self.target: TargetBand | None = None
         self.events: tuple[Event, ...] = ()
 
     def forget_print(self) -> None:
         """Show no print any more; what happened to it can still be read."""
-        self.profile = self.advice = self.verdict = self.overlay = None
+        self.profile = self.advice = self.verdict = self.design = self.overlay = None
 
     def advise(self, advice: RateAdvice) -> None:
         """Take new advice; an alarm is an event, counted while it lasts."""

@@ -6,8 +6,9 @@ import math
 
 from nicegui import ui
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status
+from bpc_perception.core.targets import WidthTargets
+from bpc_perception.display.design_words import design_in_words
 from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.page.board import Board, TargetBand
 from bpc_perception.page.panels.advice import AdvicePanel, NumbersPanel
@@ -53,6 +54,9 @@ class View:
             self._overlay.show(board.overlay)
         if self._is_new('verdict', board.verdict):
             self._header.show_verdict(board.verdict)
+        design = design_in_words(board.design) if board.design is not None else ''
+        if self._is_new('design', design):
+            self._header.show_design(design)
         nodes = board.health()
         if self._is_new('nodes', nodes):
             self._nodes.show(nodes)

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import AdviceConfig, RecorderConfig, ThicknessConfig
 from bpc_perception.core.robot.hand_eye import HandEye
+from bpc_perception.core.targets import WidthTargets
+from bpc_perception.files.design.read import G_CODE, TABLE
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure, name_other_sections
 from bpc_perception.recording.bag import Bag
@@ -16,7 +17,9 @@ from bpc_perception.recording.bag import Bag
 # Files of these names in the folder of a recording belong to it.
 HAND_EYE, PARAMETERS, TARGETS = 'hand_eye.calib', 'params.yaml', 'targets.csv'
 PRINT_ID = 'print_id.txt'  # of the print whose recording it is, if it is one of a single print
-KEPT_BESIDE = (HAND_EYE, PARAMETERS, TARGETS, PRINT_ID)
+DESIGN = 'design'  # and the suffix of the file
+DESIGNS = tuple(DESIGN + suffix for suffix in (TABLE, *G_CODE))
+KEPT_BESIDE = (HAND_EYE, PARAMETERS, TARGETS, PRINT_ID, *DESIGNS)
 
 
 @dataclass(frozen=True)
@@ -41,15 +44,16 @@ class Inputs:
         return targets_of(self.thickness.advice)
 
 
-def kept_beside(hand_eye: str, parameters: str) -> dict[str, bytes]:
+def kept_beside(hand_eye: str, parameters: str, design: str = '') -> dict[str, bytes]:
     """Return the files that are kept with a recording, by name there.
 
-    Of files of the user, empty = none. With the parameters goes the table that they name as
-    ``advice.target_file``. Raises OSError, and what ``configure`` raises.
+    Of files of the user, empty = none. With the parameters go the table that they name as
+    ``advice.target_file`` and the design. Raises OSError, and what ``configure`` raises.
     """
-    files = {HAND_EYE: hand_eye, PARAMETERS: parameters,
-             TARGETS: configure(ThicknessConfig(), 'thickness',
-                                parameters or None).advice.target_file}
+    thickness = configure(ThicknessConfig(), 'thickness', parameters or None)
+    design = design or thickness.design.file
+    files = {HAND_EYE: hand_eye, PARAMETERS: parameters, TARGETS: thickness.advice.target_file,
+             DESIGN + Path(design).suffix.lower(): design}
     return {name: Path(file).read_bytes() for name, file in files.items() if file}
 
 
@@ -86,6 +90,9 @@ def load(bag: Path, hand_eye: Path | None, parameters: Path | None,
     targets = folder / TARGETS
     if own and targets.is_file():  # the table may have been moved or changed since
         thickness = replace(thickness, advice=replace(thickness.advice, target_file=str(targets)))
+    design = next((folder / name for name in DESIGNS if (folder / name).is_file()), None)
+    if design is not None and (own or parameters is None):
+        thickness = replace(thickness, design=replace(thickness.design, file=str(design)))
     name = folder / PRINT_ID
     return Inputs(opened, hand_eye, load_hand_eye(hand_eye), parameters,
                   thickness, configure(RecorderConfig(), 'path_recorder', parameters),

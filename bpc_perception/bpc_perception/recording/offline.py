@@ -19,6 +19,7 @@ from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.session import Session
 from bpc_perception.core.watch.clocks import ADVICE, Clocks
+from bpc_perception.files.design.wanted import wanted_design
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.extruder import extruder_from_message
@@ -83,7 +84,7 @@ class _OfflineMeasurement:
         self._tip = np.array(recorder.nozzle_offset)
         self._tracker = PrintTracker(recorder.path)
         self._pairer = CapturePairer()
-        self._session = Session(config, hand_eye)
+        self._session = Session(config, hand_eye, design=wanted_design(config.design))
         # When the recorder's clock is set, time jumps. A jump counts for half the patience at
         # most, so that no capture runs out of patience at once.
         self._longest_step_ns = round(config.patience * 0.5e9)

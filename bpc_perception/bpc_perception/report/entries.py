@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.amounts import Amount, amount_of
-from bpc_perception.core.design.comparison import DesignComparison
+from bpc_perception.core.design.comparison import DesignFindings
 from bpc_perception.core.design.deviation import Spread
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
@@ -78,9 +78,9 @@ def verdict_entry(verdict: PrintVerdict) -> dict[str, Any]:
                      'samples': each.samples} for each in verdict.defects]}
 
 
-def design_entry(name: str, found: DesignComparison) -> dict[str, Any]:
-    """Return the entry of a print beside its design, which has this name."""
-    place = found.registration
+def design_entry(found: DesignFindings) -> dict[str, Any]:
+    """Return the entry of a print beside its design."""
+    place, name = found.registration, found.name
     if place.refusal:
         return {'file': name, 'refusal': place.refusal}
     x, y, z = (place.T_base_design[:3, 3] * MM_PER_M).tolist()
@@ -99,7 +99,7 @@ def design_entry(name: str, found: DesignComparison) -> dict[str, Any]:
                      'presence': each.presence.name, 'start_mm': each.start * MM_PER_M,
                      'end_mm': each.end * MM_PER_M} for each in found.missing],
         'surplus': [{'start_mm': start, 'end_mm': end} for start, end in (
-            (found.surplus * MM_PER_M).tolist() if found.surplus is not None else [])]}
+            found.surplus * MM_PER_M).tolist()]}
 
 
 def _spread_entry(spread: Spread) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
+from bpc_perception.core.design.comparison import DesignFollower, path_of, WantedDesign
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
 from bpc_perception.recording.print_folder import print_folder
@@ -32,8 +34,9 @@ class LiveResults:
         changed: whether there is something that is not written yet.
     """
 
-    def __init__(self, prints: Path) -> None:
+    def __init__(self, prints: Path, design: WantedDesign | None = None) -> None:
         self._prints = prints
+        self._design = DesignFollower(design) if design else None
         self._log = PrintLog()
         self.print_id = ''
         self.changed = False
@@ -60,6 +63,7 @@ class LiveResults:
 
     def end(self) -> None:
         """Take note that nothing more of the newest print comes, for now."""
+        self._compare()
         self._log.end()
         self.changed = True
 
@@ -68,9 +72,20 @@ class LiveResults:
 
         Raises OSError. What was written before is still there then.
         """
+        self._compare()
         files = write_outputs(self.folder, self._log, provenance)
         self.changed = False
         return files
+
+
+    def _compare(self) -> None:
+        """Compare the newest result with its design, which is worth it only when it is written."""
+        result = self._log.reported
+        if (self._design is None or result is None or result.design is not None
+                or result.profile is None or result.verdict is None):
+            return
+        path = path_of(result.profile, result.verdict.ended)
+        self._log.reported = replace(result, design=self._design.compare(result.profile, path))
 
 
 def _written(folder: Path, print_id: str) -> list[dict[str, Any]]:

@@ -63,9 +63,9 @@ def _contents(log: PrintLog, provenance: Provenance, figures: bool) -> Mapping[s
         refusals = '; '.join(log.refusals) or 'no captures'
         raise ValueError(f'expected a measured capture, found none: {refusals}')
     summary = summarize(log, provenance)
-    texts = {'profile.csv': profile_csv(result.profile),
+    texts = {'profile.csv': profile_csv(result.profile, result.design),
              'summary.json': json.dumps(summary, indent=2, allow_nan=False) + '\n',
-             'report.html': report_page.render(log, summary, provenance.targets)}
+             'report.html': report_page.render(log, summary, provenance.targets_of(result))}
     # A file name need not be valid Unicode; that must not cost the user the result.
     files = {name: text.encode('utf-8', 'replace') for name, text in texts.items()}
     if figures:
@@ -73,7 +73,8 @@ def _contents(log: PrintLog, provenance: Provenance, figures: bool) -> Mapping[s
         from bpc_perception.report.publication_figures import draw_figures
 
         files |= {f'{FIGURES}/{name}': data
-                  for name, data in draw_figures(result, provenance.targets).items()}
+                  for name, data in draw_figures(result, provenance.targets_of(
+                      result)).items()}
     return files
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from bpc_perception.core.design.comparison import compare_with_design
 from bpc_perception.core.result import Result
 from bpc_perception.report.entries import result_entry
 from bpc_perception.report.thumbnails import Thumbnails
@@ -61,8 +62,13 @@ class PrintLog:
     def end(self) -> None:
         """Take note that nothing more of the print comes."""
         result = self.reported
-        if result is not None and result.verdict is not None:
-            self.reported = replace(result, verdict=result.verdict.at_its_end())
+        if result is None or result.profile is None or result.verdict is None:
+            return
+        design = result.design
+        if design is not None and not (result.verdict.ended or result.verdict.laying):
+            design = compare_with_design(result.profile, design.wanted)
+        self.reported = replace(result, design=design, verdict=result.verdict.at_its_end(
+            design.findings if design is not None else None))
 
     @property
     def refusals(self) -> list[str]:

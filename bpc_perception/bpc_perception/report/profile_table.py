@@ -9,21 +9,25 @@ from pathlib import Path
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Index
+from bpc_perception.core.design.comparison import DesignComparison
 from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 from bpc_perception.display.units import M_PER_MM, MM_PER_M, NS_PER_S
 
 COLUMNS = ('arc_length_mm', 'time_s', 'x_mm', 'y_mm', 'z_mm', 'thickness_mm', 'sigma_mm',
            'left_mm', 'right_mm', 'status', 'extruding', 'stroke', 'layer', 'height_mm',
            'height_sigma_mm', 'area_mm2', 'area_sigma_mm2', 'capture', 'cause')
+# Where a design is told.
+DESIGN_COLUMNS = ('design_stroke', 'wanted_mm', 'nozzle_off_mm', 'bead_off_mm')
 
 
-def profile_csv(profile: ThicknessProfile) -> str:
+def profile_csv(profile: ThicknessProfile, design: DesignComparison | None = None) -> str:
     """Return the profile as CSV with a header; an empty cell = not known.
 
-    Numbers have as many digits as it takes to read the same number back.
+    Beside its design it has columns more. Numbers have as many digits as it takes to read the
+    same number back.
     """
     told = np.isin(profile.status, (Status.MEASURED, Status.GAP))
-    columns = (
+    columns = [
         _cells(profile.arc_length * MM_PER_M),
         [_seconds(profile.print_start_ns + round(time * NS_PER_S))
          for time in profile.time.tolist()],
@@ -38,9 +42,22 @@ def profile_csv(profile: ThicknessProfile) -> str:
         *(_cells(values * MM_PER_M) for values in (profile.height, profile.height_sigma)),
         *(_cells(values * MM_PER_M**2) for values in (profile.area, profile.area_sigma)),
         _numbers(profile.seen_in),
-        ['' if value == Cause.NONE else Cause(value).name for value in profile.cause])
-    rows = (COLUMNS, *zip(*columns, strict=True))
+        ['' if value == Cause.NONE else Cause(value).name for value in profile.cause]]
+    names: tuple[str, ...] = COLUMNS
+    if design is not None:
+        names, columns = (*COLUMNS, *DESIGN_COLUMNS), [*columns, *_design_cells(profile, design)]
+    rows = (names, *zip(*columns, strict=True))
     return ''.join(','.join(row) + '\n' for row in rows)
+
+
+def _design_cells(profile: ThicknessProfile, design: DesignComparison) -> list[list[str]]:
+    """Return the columns that tell where each sample is beside the design."""
+    found, pieces = design.deviations, design.pieces
+    if found is None or pieces is None:
+        return [[''] * len(profile)] * len(DESIGN_COLUMNS)
+    stroke = np.where(found.piece >= 0, pieces.stroke[found.piece] + 1, -1)
+    return [_numbers(stroke), *(_cells(values * MM_PER_M) for values in (
+        found.width, found.nozzle, found.bead))]
 
 
 def read_profile(file: Path, print_id: str = '') -> ThicknessProfile:

@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 
 from bpc_perception import __version__
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import RecorderConfig, ThicknessConfig
-from bpc_perception.core.design.comparison import WantedDesign
 from bpc_perception.core.parameter import flatten
+from bpc_perception.core.result import Result
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.recording.inputs import Inputs, targets_of
 
 
@@ -32,7 +32,6 @@ class Provenance:
         versions: see versions().
         targets: the thickness wanted along the path; None = none.
         fingerprint: see fingerprint().
-        design: what the print was to be; None = not told.
     """
 
     bag: str
@@ -41,7 +40,12 @@ class Provenance:
     versions: dict[str, str]
     targets: WidthTargets | None = None
     fingerprint: str = ''
-    design: WantedDesign | None = None
+
+    def targets_of(self, result: Result) -> WidthTargets | None:
+        """Return the thickness wanted along a result that was measured: its design's, if told."""
+        if result.design is None or result.profile is None:
+            return self.targets
+        return result.design.targets(result.profile.arc_length, self.targets)
 
 
 def versions() -> dict[str, str]:
@@ -67,9 +71,10 @@ def fingerprint(recording: Inputs, settings: dict[str, object],
     for file in recording.bag.files:
         state = file.stat()
         digest.update(f'{file.name} {state.st_size} {state.st_mtime_ns}'.encode(errors='replace'))
-    targets = recording.thickness.advice.target_file
-    for small_file in (recording.hand_eye_file, *([Path(targets)] if targets else [])):
-        digest.update(small_file.read_bytes())
+    thickness = recording.thickness
+    for small_file in filter(None, (str(recording.hand_eye_file), thickness.advice.target_file,
+                                    thickness.design.file)):
+        digest.update(Path(small_file).read_bytes())
     return digest.hexdigest()
 
 
@@ -79,13 +84,13 @@ def settings_of(thickness: ThicknessConfig, recorder: RecorderConfig) -> dict[st
     return settings | {f'path_recorder.{name}': value for name, _, value in flatten(recorder)}
 
 
-def provenance_of(recording: Inputs, design: WantedDesign | None = None) -> Provenance:
+def provenance_of(recording: Inputs) -> Provenance:
     """Return what the files say about where a result comes from."""
     settings = settings_of(recording.thickness, recording.recorder)
     used_versions = versions()
     return Provenance(str(recording.bag.path.absolute()), str(recording.hand_eye_file), settings,
                       used_versions, recording.targets,
-                      fingerprint(recording, settings, used_versions), design)
+                      fingerprint(recording, settings, used_versions))
 
 
 def live_provenance(recording: Path, hand_eye_file: Path, thickness: ThicknessConfig,

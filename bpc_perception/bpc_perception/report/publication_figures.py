@@ -19,10 +19,10 @@ from matplotlib.figure import Figure
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import (
     as_shown,

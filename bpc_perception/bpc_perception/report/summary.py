@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from bpc_perception.core.amounts import amount_of
-from bpc_perception.core.design.comparison import compare_with_design
 from bpc_perception.display.plain_json import plain
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.wording import lost_in_words
@@ -31,12 +30,11 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
     assert result.advice is not None
     assert result.verdict is not None
     statistics = profile.summary
-    evenness = uniformity(profile, provenance.targets)
+    evenness = uniformity(profile, provenance.targets_of(result))
     content = {
         **log.entries[log.place],
         'verdict': verdict_entry(result.verdict),
-        **({'design': design_entry(provenance.design.name, compare_with_design(
-            profile, provenance.design))} if provenance.design else {}),
+        **({'design': design_entry(result.design.findings)} if result.design else {}),
         'method': profile.method,
         'thickness_q1_mm': statistics.thickness_q1 * MM_PER_M,
         'thickness_median_mm': statistics.thickness_median * MM_PER_M,

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 TOLERANCE = 0.1  # share of the reference
 

@@ -114,7 +114,7 @@ def test_it_is_asked_again_where_no_answer_came(graph: Any, tmp_path: Path,
     long = Long(graph, tmp_path)
     long.capture()
     monkeypatch.setattr(profile_follower, 'PATIENCE_S', 0.0)
-    monkeypatch.setattr(long.bench.node._profiles, '_send_whole', lambda _: None)
+    monkeypatch.setattr(long.bench.node._results._profiles, '_send_whole', lambda _: None)
     late = long.follow('late')
     long.capture()
     assert not late

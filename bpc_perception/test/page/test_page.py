@@ -13,8 +13,8 @@ from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse
 
 from bpc_perception.core.advice.rate_advice import Reason
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.page import board as boards
 from bpc_perception.page.board import Board, Level, overlay_of, TargetBand
 from bpc_perception.page.chart import options

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bpc_perception.recording.bag import Bag
-from bpc_perception.recording.inputs import load, PRINT_ID
+from bpc_perception.recording.inputs import kept_beside, load, PRINT_ID
 
 pytestmark = pytest.mark.ros
 STROKES = Path(__file__).parents[3] / 'bags' / 'strokes'
@@ -41,3 +41,25 @@ def test_after_a_crash_it_stands_for_all_of_them_in_their_order(tmp_path: Path) 
     each = Bag(STROKES).count(image)
     assert each is not None
     assert bag.count(image) == 3 * each
+
+
+@pytest.mark.parametrize('name', ['vase.csv', 'vase.gcode', 'vase.NC'])
+def test_a_design_is_kept_with_a_recording_and_read_from_there(tmp_path: Path, name: str) -> None:
+    """The user's file may have been moved or changed since; another one may be told."""
+    design, told = tmp_path / name, tmp_path / 'cell.yaml'
+    design.write_text('as it was')
+    told.write_text('thickness:\n  ros__parameters:\n'
+                    f"    design: {{file: '{design}', ink_on: M42 P32 S255}}\n")
+    recording = linked(tmp_path / 'recording')
+    (recording / 'params.yaml').unlink()
+    for file, content in kept_beside('', str(told)).items():
+        (recording / file).write_bytes(content)
+    design.write_text('changed since')
+    found = load(recording, None, None).thickness.design
+    assert Path(found.file).read_text() == 'as it was'
+    assert (Path(found.file).parent, found.ink_on) == (recording, 'M42 P32 S255')
+    assert load(recording, None, told).thickness.design.file == str(design)
+    another = tmp_path / 'another.csv'
+    another.write_text('another')
+    kept = kept_beside('', str(told), str(another))
+    assert kept['design.csv'] == b'another'

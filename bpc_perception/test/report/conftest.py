@@ -8,11 +8,11 @@ import pytest
 from report_prints import START_NS, strand_result, vase_profile
 
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.capture.capture import Capture, PinholeCamera
 from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import PartVerdict, PrintVerdict, Verdict
 from bpc_perception.core.result import Result
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance
 
@@ -56,7 +56,8 @@ def verdict(profile):
     return PrintVerdict(
         profile.stamp_ns, 'vase', False, False, Verdict.FAIL,
         (PartVerdict(1, 0, Verdict.FAIL, 0.75),), (PartVerdict(0, 0, Verdict.FAIL, 0.75),),
-        (Defect(DefectKind.GAP, 1, 0, 0.5 * MM, 1.5 * MM, 1 * MM, 0.8 * MM, 1),),
+        (Defect(DefectKind.GAP, 1, 0, 0.5 * MM, 1.5 * MM, 1 * MM, 0.8 * MM, 1,
+                (1 * MM, 0.0, 0.0)),),
         frozenset((DefectKind.GAP, DefectKind.OOZE)), 0.8)
 
 

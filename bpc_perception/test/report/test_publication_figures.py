@@ -7,9 +7,9 @@ import numpy as np
 from perception_builders import band_image, capture_of, DOWN, profile_of
 import pytest
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status
 from bpc_perception.core.result import Result
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.report import publication_figures
 
 MM = 1e-3

@@ -4,8 +4,8 @@ import numpy as np
 from perception_builders import profile_of
 import pytest
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.report.uniformity import uniformity
 
 MM = 1e-3

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 LOG_LENGTH = 100  # changes of the factor that are remembered
 SCALE_LIMITS = (0.5, 2.0)  # smallest and largest factor

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.targets import WidthTargets
 from bpc_sim.ink.deposit import WidthProfile
 from bpc_sim.ink.extrusion import ExtruderBehaviour
 

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.targets import WidthTargets
 from bpc_sim.closed_loop.situation import NOMINAL_SPEED_M_PER_S, NOMINAL_WIDTH_M, Situation
 from bpc_sim.ink.extrusion import Delivery, ExtruderBehaviour
 

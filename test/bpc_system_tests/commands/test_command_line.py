@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 import re
@@ -394,13 +395,28 @@ def test_a_print_is_compared_with_its_design(tmp_path: Path) -> None:
     assert found['layers'][0]['fidelity'] == 1
     assert (found['missing'], found['surplus']) == ([], [])
     assert 'Beside its design' in (out / 'report.html').read_text()
+    rows = list(csv.DictReader((out / 'profile.csv').read_text().splitlines()))
+    assert {row['design_stroke'] for row in rows if row['stroke'] != '0'} == set('12345')
+    assert {row['wanted_mm'] for row in rows if row['design_stroke']} == {'2.0'}
+    assert max(abs(float(row['bead_off_mm'])) for row in rows if row['bead_off_mm']) < 0.1
 
 
 def test_strokes_of_a_design_that_were_not_printed_are_told(tmp_path: Path) -> None:
-    out = tmp_path / 'out'
-    succeed('measure', SAMPLE.parent / 'strokes', '--out', out, '--design',
-            write_lines(tmp_path / 'lines.csv', 6), '--design-at', '550,50,21,20')
-    found = json.loads((out / 'summary.json').read_text())['design']
+    """Beside a recording, the parameters tell the design as the options do."""
+    out, parameters = tmp_path / 'out', tmp_path / 'cell.yaml'
+    kept = (SAMPLE.parent / 'strokes' / 'params.yaml').read_text()
+    parameters.write_text(kept + f"""
+/**/thickness:
+  ros__parameters:
+    design: {{file: {write_lines(tmp_path / 'lines.csv', 6)}, place: '550,50,21,20'}}
+""")
+    ended = run('measure', SAMPLE.parent / 'strokes', '--out', out, '--params', parameters,
+                '--verdict')
+    assert (ended.returncode, '1 × skipped' in ended.stdout) == (3, True)
+    summary = json.loads((out / 'summary.json').read_text())
+    found, defects = summary['design'], summary['verdict']['defects']
+    assert [(each['kind'], each['stroke'], each['worst_mm']) for each in defects] == [
+        ('SKIPPED', 6, pytest.approx(36))]
     missing, = found['missing']
     assert (missing['stroke'], missing['presence']) == (5, 'SKIPPED')
     assert found['layers'][0]['fidelity'] == pytest.approx(5 / 6, abs=0.01)

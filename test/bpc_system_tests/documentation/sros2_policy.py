@@ -42,8 +42,8 @@ NODES = {
     'camera_driver': Interface((*topics.CAMERA, topics.SNR, '~/transition_event', '/diagnostics'),
                                (), ('capture', *LIFECYCLE)),
     'thickness': Interface(
-        (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, topics.VERDICT, *topics.VIEWS,
-         '/diagnostics'),
+        (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, topics.VERDICT, topics.DESIGN,
+         *topics.VIEWS, '/diagnostics'),
         (*topics.CAMERA, *POSES, topics.PATH, topics.PATH_UPDATE), (topics.SEND_PROFILE,)),
     'path_recorder': Interface(
         (topics.PATH, topics.PATH_UPDATE, topics.NAV_PATH, '/diagnostics'),
@@ -52,9 +52,9 @@ NODES = {
         (topics.EXTRUSION, '/diagnostics'), (topics.PLUNGER, topics.EXTRUDING)),
     'bag_recorder': Interface(('/diagnostics',), (*RECORDED, topics.LBR_STATE)),
     'robot': Interface(POSES),
-    'print_controller': Interface((), (topics.ADVICE, topics.VERDICT)),
+    'print_controller': Interface((), (topics.ADVICE, topics.VERDICT, topics.DESIGN)),
     'page': Interface(
-        (), (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, topics.VERDICT,
+        (), (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, topics.VERDICT, topics.DESIGN,
              topics.OVERLAY, '/diagnostics'),
         (), ('capture', topics.SEND_PROFILE, 'thickness/get_parameters',
              *(f'path_recorder/{name}' for name in SERVICES))),

@@ -15,7 +15,7 @@ from bpc_perception.core.config import CameraConfig
 from bpc_perception.core.parameter import flatten
 from bpc_perception.files.parameter_file import configure, live_recorder
 from bpc_perception.messages import topics
-from bpc_perception.report.profile_table import COLUMNS
+from bpc_perception.report.profile_table import COLUMNS, DESIGN_COLUMNS
 from bpc_sim.closed_loop.situations import SITUATIONS
 from bpc_system_tests.documentation import parameter_tables, reference
 from bpc_system_tests.documentation.pages import (
@@ -144,7 +144,7 @@ def test_the_columns_of_a_profile_are_listed() -> None:
     text = section(FILES, 'Results')
     assert f'`{",".join(COLUMNS)}`' in text.replace('\n', '')
     described = [name for row in table_rows(text) for name in re.findall(r'`(\w+)`', row[0])]
-    assert described == list(COLUMNS)
+    assert described == [*COLUMNS, *DESIGN_COLUMNS]
 
 
 def test_the_columns_of_a_batch_are_listed() -> None:

@@ -67,7 +67,7 @@ class FakePrinter:
         self._advice.publish(advice_to_message(replace(
             result.advice, stamp_ns=now_ns, valid_until_ns=now_ns + ADVICE_LIFETIME_NS)))
         self._verdicts.publish(verdict_to_message(
-            replace(result.verdict, stamp_ns=now_ns), result.profile, BASE))
+            replace(result.verdict, stamp_ns=now_ns), BASE))
         if self.overlays.get_subscription_count():
             self.overlays.publish(overlay_message(result))
 

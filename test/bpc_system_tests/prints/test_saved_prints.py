@@ -12,12 +12,14 @@ import subprocess
 import time
 from typing import Any
 
+import numpy as np
 import pytest
 from std_srvs.srv import Trigger
 
 from bpc_perception.messages.stamps import stamp_to_ns
 from bpc_perception.recording.print_folder import print_folder
 from bpc_perception.runtime.child_processes import Nodes
+from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.scenarios import SCENARIOS
 from bpc_sim.printer.settings import write_settings
 from bpc_system_tests.parts.command_line import (
@@ -71,19 +73,33 @@ class LivePrints:
         return len(json.loads(summary.read_text())['captures']) if summary.exists() else 0
 
 
+def write_design(file: Path, job: PrintJob) -> Path:
+    """Write where a job lays ink, in the robot base frame."""
+    times = np.arange(job.dwell_before, job.duration - job.dwell_after, 0.1)
+    on = job.extruding(times)
+    stroke = np.where(on, np.cumsum(np.diff(on, prepend=False) & on), 0)
+    rows = [f'{x},{y},{z},{number},{1e3 * TARGET_M}' for (x, y, z), number in zip(
+        (1e3 * job.tip(times)).tolist(), stroke.tolist(), strict=True)]
+    file.write_text('\n'.join(['x_mm,y_mm,z_mm,stroke,width_mm', *rows, '']))
+    return file
+
+
 @pytest.fixture(scope='module')
 def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LivePrints]:
     folder = tmp_path_factory.mktemp('saved')
-    settings = write_settings(SCENARIOS[SCENARIO](SPEED_M_PER_S), TARGET_M, folder)
+    planned = SCENARIOS[SCENARIO](SPEED_M_PER_S)
+    settings = write_settings(planned, TARGET_M, folder)
+    design = write_design(folder / 'my design.csv', planned)
     with settings.parameters.open('a') as file:
-        file.write('results_writer:\n  ros__parameters:\n    period: 1.0\n')
+        file.write('results_writer:\n  ros__parameters:\n    period: 1.0\n'
+                   "/**/thickness:\n  ros__parameters:\n    design.place: '0,0,0,0'\n")
     prints = folder / 'my prints #1'
     job = {'scenario': SCENARIO, 'speed': SPEED_M_PER_S}
     with (own_domain() as domain, listening(domain) as listener,
           Nodes(settings.parameters) as nodes,
           subprocess.Popen(
               command('live', '--handeye', settings.hand_eye, '--params', settings.parameters,
-                      '--out', prints),
+                      '--out', prints, '--design', design),
               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
               # Nothing can be written but the print.
               env=os.environ | {'HOME': '/proc/nowhere', 'XDG_STATE_HOME': '/proc/nowhere',
@@ -108,6 +124,10 @@ def test_its_results_are_there_while_it_grows(live: LivePrints) -> None:
             if not file.name.startswith('.')} == {*OUTPUTS, 'recording'}
     known = live.captures(live.folder())
     live.wait(lambda: live.captures(live.folder()) > known)
+    assert (live.folder() / 'recording' / 'design.csv').exists()
+    found = json.loads((live.folder() / 'summary.json').read_text())['design']
+    assert found['nozzle_off']['most_mm'] < 0.1
+    assert not [each for each in found['missing'] if each['presence'] == 'SKIPPED']
 
 
 def test_nobody_begins_beside_it(live: LivePrints) -> None:

@@ -15,7 +15,11 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rich.console import RenderableType
 
-from bpc_interfaces.msg import PrintVerdict as PrintVerdictMsg, RateAdvice as RateAdviceMsg
+from bpc_interfaces.msg import (
+    DesignComparison,
+    PrintVerdict as PrintVerdictMsg,
+    RateAdvice as RateAdviceMsg,
+)
 from bpc_perception.claims import domain
 from bpc_perception.cli.parts.live_view import view
 from bpc_perception.cli.parts.patient_output import patient_output
@@ -23,11 +27,13 @@ from bpc_perception.cli.parts.recent_warnings import RecentWarnings
 from bpc_perception.cli.parts.result_table import ResultTable
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.design.comparison import DesignFindings
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
+from bpc_perception.messages.design import design_from_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
@@ -60,6 +66,7 @@ class Monitor:
         self.profiles: dict[int, ThicknessProfile] = {}
         self.advice: dict[int, RateAdvice] = {}
         self.verdicts: dict[int, PrintVerdict] = {}
+        self._designs: dict[str, DesignFindings] = {}  # by print, the newest
         self._keep = keep
         self._executor = executor
         self._terminal = terminal
@@ -73,6 +80,8 @@ class Monitor:
         node.create_subscription(RateAdviceMsg, topics.ADVICE, self._on_advice, topics.RESULT_QOS)
         node.create_subscription(
             PrintVerdictMsg, topics.VERDICT, self._on_verdict, topics.RESULT_QOS)
+        node.create_subscription(
+            DesignComparison, topics.DESIGN, self._on_design, topics.RESULT_QOS)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
     @property
@@ -150,6 +159,10 @@ class Monitor:
         """Return the newest verdict on each print, of those that are kept."""
         return list({each.print_id: each for each in self.verdicts.values()}.values())
 
+    def design_of(self, print_id: str) -> DesignFindings | None:
+        """Return what is known last of a print beside its design; None = there is none."""
+        return self._designs.get(print_id)
+
     def _on_profile(self, profile: ThicknessProfile) -> None:
         if not profile.print_id:
             self._shown = None
@@ -188,6 +201,15 @@ class Monitor:
             return
         self.verdicts[verdict.stamp_ns] = verdict
         self._show(verdict.stamp_ns)
+
+    def _on_design(self, message: DesignComparison) -> None:
+        try:
+            design = design_from_message(message)
+        except ConversionError as error:
+            self._refuse(error)
+            return
+        if message.print_id:
+            self._designs[message.print_id] = design
 
     def _refuse(self, error: ConversionError) -> None:
         self._warn(f'{self.node.get_name()}: {error}')

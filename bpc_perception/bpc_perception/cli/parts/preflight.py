@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import NamedTuple
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.capture.exposure import Exposure
+from bpc_perception.core.config import DesignConfig
 from bpc_perception.core.robot.hand_eye import mount_name
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.units import MM_PER_M
+from bpc_perception.files.design.wanted import wanted_design
 from bpc_perception.runtime.transport.dds_profiles import lost_captures_hint, users_profile
 
 OK, WARN, FAIL = 'OK', 'WARN', 'FAIL'
@@ -190,6 +192,18 @@ def judge_target(target: float, file: str = '') -> Finding:
                        'without advice.target_thickness or advice.target_file no advice is '
                        'valid')
     return Finding(OK, 'target thickness', f'{target * MM_PER_M:g} mm')
+
+
+def judge_design(config: DesignConfig) -> Finding:
+    """Judge the design that is named; its file is told."""
+    try:
+        wanted = wanted_design(config)
+    except (OSError, ValueError) as error:
+        return Finding(FAIL, 'design', str(error), 'correct design.file and what belongs to it')
+    assert wanted is not None
+    design = wanted.design
+    return Finding(OK, 'design', f'{len(design.strokes)} strokes, {design.length * MM_PER_M:.0f} '
+                   f'mm, in {config.file}')
 
 
 def judge_disk(folder: str, free: float) -> Finding:

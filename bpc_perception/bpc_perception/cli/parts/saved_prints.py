@@ -38,12 +38,14 @@ class SavedPrints:
         hand_eye: calibration with which is measured.
         parameters: ROS parameter file of the nodes; None = none.
         remappings: of topics.
+        design: file of the prints' design; None = that of the parameters.
     """
 
     folder: Path
     hand_eye: Path
     parameters: Path | None = None
     remappings: Mapping[str, str] | None = None
+    design: Path | None = None
 
 
 def recorder_settings(hand_eye: Path | None, parameters: Path | None) -> dict[str, Any]:
@@ -75,10 +77,12 @@ def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> I
         with Nodes(saved.parameters, remappings=saved.remappings,
                    end_patience=END_PATIENCE_S) as nodes:
             nodes.start('bpc_perception.nodes.bag_recorder', prints=str(saved.folder.absolute()),
+                        design_file=str(saved.design or ''),
                         **recorder_settings(saved.hand_eye, saved.parameters))
             nodes.start('bpc_perception.nodes.results_writer', prints=str(saved.folder.absolute()),
                         hand_eye_file=str(saved.hand_eye),
-                        parameter_file=str(saved.parameters or ''))
+                        parameter_file=str(saved.parameters or ''),
+                        design_file=str(saved.design or ''))
             monitor.checks.append(_Keeper(Supervisor(nodes, monitor.node), terminal).check)
             yield
     finally:
@@ -86,7 +90,7 @@ def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> I
         folders = sorted((_folders(saved.folder) - before)
                          | {folder for folder in measured if folder.is_dir()})
         for verdict in monitor.last_verdicts():
-            show_verdict(terminal, verdict.at_its_end())
+            show_verdict(terminal, verdict.at_its_end(monitor.design_of(verdict.print_id)))
         say_what_is_saved(folders, terminal)
 
 

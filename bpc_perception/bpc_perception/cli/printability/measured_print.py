@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from bpc_perception.cli.parts.terminal import Terminal
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import AdviceConfig
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.result import Result
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag

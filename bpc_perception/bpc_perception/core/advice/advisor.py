@@ -20,11 +20,11 @@ from bpc_perception.core.advice.laid import REACH
 from bpc_perception.core.advice.observations import Finding, Observations
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.advice.setup import Setup
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.advice.window import laid_before, look_back, Window
 from bpc_perception.core.config import AdviceConfig
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 LIFE_PERIODS = 2  # periods between captures that advice holds: one capture may be missed
 GRACE_S = 0.5  # and so much longer, for its way from the capture to the controller
@@ -141,7 +141,8 @@ class Advisor:
         self._print: _Print | None = None
 
     def advise(self, profile: ThicknessProfile, path: DepositionPath, config: AdviceConfig,
-               contradiction: Reason | None = None) -> RateAdvice:
+               contradiction: Reason | None = None,
+               targets: WidthTargets | None = None) -> RateAdvice:
         """Return advice after a capture.
 
         Args:
@@ -149,6 +150,7 @@ class Advisor:
             path: of the print, up to the capture or further.
             config: limits and thresholds.
             contradiction: why profile and path do not fit to each other; None = they do.
+            targets: thickness wanted along this print; None = as along all.
         """
         covered = path.covers(profile.stamp_ns)
         path = path.until(profile.stamp_ns)
@@ -158,9 +160,10 @@ class Advisor:
         if contradiction is None and abs(window.offset) > config.maximum_offset:
             contradiction = Reason.PATH_OFFSET
         elapsed = current.next_capture(profile.stamp_ns, len(path))
-        finding = self._find(current, path, profile, config)
+        wanted = WidthTargets.wanted(targets or self._targets, config.target_thickness)
+        finding = self._find(current, path, profile, wanted, config)
         delivery = finding.models.estimate() if finding is not None else None
-        target = self._target_ahead(current, window, path, delivery, config)
+        target = _target_ahead(current, window, path, delivery, wanted)
         doubtful = current.contradictions.found(seen, window.extent)
         refusal = _refusal(current, window, path, None if doubtful else finding, covered,
                            np.isnan(target), contradiction, config)
@@ -192,21 +195,8 @@ class Advisor:
             return _Print.begun(profile, lifetime)
         return known
 
-    def _target(self, arc_length: float, config: AdviceConfig) -> float:
-        if self._targets is not None:
-            return float(self._targets.at(arc_length))
-        return config.target_thickness or np.nan
-
-    def _target_ahead(self, current: _Print, window: Window, path: DepositionPath,
-                      delivery: Delivery | None, config: AdviceConfig) -> float:
-        """Return the thickness wanted where the advice is going to take effect [m]; NaN = none."""
-        if delivery is None:
-            return self._target(window.extent[1], config)
-        ahead = current.until_effect + min(delivery.lag, LONGEST_LAG_S)
-        return self._target(path.arc_length[-1] + current.command.speed * ahead, config)
-
     def _find(self, current: _Print, path: DepositionPath, profile: ThicknessProfile,
-              config: AdviceConfig) -> Finding | None:
+              wanted: WidthTargets | None, config: AdviceConfig) -> Finding | None:
         """Find how much arrives, and the command in force; None without a target or a command."""
         if not path.extruding.any():
             return None
@@ -219,11 +209,11 @@ class Advisor:
         laying = np.flatnonzero(laid.laying)
         if len(laying) == 0:
             return None
-        if np.isnan(current.prior):
+        if wanted is not None and np.isnan(current.prior):
             # The print was set up so that what it begins with makes what is wanted there.
             start = path.arc_length[laying[0]]
             first = laying[path.arc_length[laying] <= start + config.window]
-            gain = float(2 * np.log(self._target(start, config))
+            gain = float(2 * np.log(wanted.at(start))
                          - np.log(np.median(laid.volume[first])))
             if not np.isnan(gain):
                 self.setup = self.setup.of_print(gain, config)
@@ -258,6 +248,17 @@ def _refusal(current: _Print, window: Window, path: DepositionPath, finding: Fin
         (window.age > config.stale_after, Reason.STALE_DATA),
         (fallen, Reason.CLOG_SUSPECTED))
     return next((reason for holds, reason in conditions if holds), None)
+
+
+def _target_ahead(current: _Print, window: Window, path: DepositionPath,
+                  delivery: Delivery | None, wanted: WidthTargets | None) -> float:
+    """Return the thickness wanted where the advice is going to take effect [m]; NaN = none."""
+    if wanted is None:
+        return np.nan
+    if delivery is None:
+        return float(wanted.at(window.extent[1]))
+    ahead = current.until_effect + min(delivery.lag, LONGEST_LAG_S)
+    return float(wanted.at(path.arc_length[-1] + current.command.speed * ahead))
 
 
 def _unchanged(current: _Print, profile: ThicknessProfile, window: Window, target: float,

@@ -23,6 +23,7 @@ ALIKE = 0.05  # by how much of its length a stroke may differ from its design
 SAME_COST_M = 1e-3  # that makes no alignment better
 ROUNDS, SLIDES = 25, 4
 STILL_M = 1e-6  # a step that is none
+AS_NEAR = 1.5
 LEAST_SPREAD_M = 5e-5  # of distances: what is nearer counts fully
 # A motion that so little depends on is not told by the path, such as a turn about a line.
 UNKNOWN = 0.01
@@ -47,6 +48,10 @@ class Alignment:
     explained: float
     cost: float
     scale: float
+
+    def is_as_near(self, other: Alignment) -> bool:
+        """Return whether the ink is about as near to the design as by another alignment."""
+        return self.residual <= max(AS_NEAR * other.residual, LEAST_SPREAD_M)
 
 
 def explained(pieces: Pieces, ink: RecordedInk, pose: Array) -> Alignment:
@@ -74,7 +79,7 @@ def aligned(pieces: Pieces, ink: RecordedInk, pose: Array) -> Alignment:
     """Return a design that was brought as near to ink as can be, from a pose (4, 4)."""
     found = _nearer(pieces, ink, pose)
     along = _nearer(pieces, ink, _slid(pieces, ink, found.T_base_design))
-    return along if along.cost <= found.cost + SAME_COST_M else found
+    return along if along.cost <= found.cost + SAME_COST_M and along.is_as_near(found) else found
 
 
 def _nearer(pieces: Pieces, ink: RecordedInk, pose: Array) -> Alignment:

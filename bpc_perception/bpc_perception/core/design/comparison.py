@@ -1,4 +1,4 @@
-"""A finished print beside its design: where it lies, how far off it is, and what is missing."""
+"""A print beside its design: where it lies, how far off it is, and what is missing."""
 
 from __future__ import annotations
 
@@ -8,12 +8,17 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.design.design import Design
-from bpc_perception.core.design.deviation import deviations_of, placed, Spread
+from bpc_perception.core.design.deviation import Deviations, deviations_of, placed, Spread
 from bpc_perception.core.design.layer_fidelity import LayerFidelity, layers_of
+from bpc_perception.core.design.pieces import Pieces
 from bpc_perception.core.design.presence import Missing, missing_in, presence_of
 from bpc_perception.core.design.registration import register, Registration
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
+
+# A design that was found is looked for anew when there is so much more ink.
+GROWN = 1.2
 
 
 @dataclass(frozen=True)
@@ -32,10 +37,11 @@ class WantedDesign:
 
 
 @dataclass(frozen=True)
-class DesignComparison:
-    """A print beside its design.
+class DesignFindings:
+    """How far a print is from its design.
 
     Attributes:
+        name: of the design's file.
         registration: where the design lies; where it is not found, nothing else is known.
         nozzle, bead: how far the nozzle's path and the bead's middle are off, to the left > 0 [m].
         width: by how much the bead is wider than the design wants it [m].
@@ -44,34 +50,118 @@ class DesignComparison:
         surplus: (R, 2) arc lengths of ink where no design is [m].
     """
 
+    name: str
     registration: Registration
     nozzle: Spread
     bead: Spread
     width: Spread
-    layers: tuple[LayerFidelity, ...] = ()
-    missing: tuple[Missing, ...] = ()
-    surplus: Array | None = None
+    layers: tuple[LayerFidelity, ...]
+    missing: tuple[Missing, ...]
+    surplus: Array
 
 
-def compare_with_design(profile: ThicknessProfile, wanted: WantedDesign) -> DesignComparison:
-    """Compare a print that is over with its design, by its profile."""
-    place = wanted.place or register(wanted.design, profile.points, profile.stroke, finished=True)
+@dataclass(frozen=True)
+class DesignComparison:
+    """A print beside its design, sample by sample.
+
+    Attributes:
+        wanted: the design.
+        findings: in numbers.
+        pieces: of the design, in the base frame; None = not known.
+        deviations: of each sample from them; None alike.
+    """
+
+    wanted: WantedDesign
+    findings: DesignFindings
+    pieces: Pieces | None = None
+    deviations: Deviations | None = None
+
+    def warning(self, profile: ThicknessProfile) -> str:
+        """Return why the place is not found, where a stroke of the print is long enough to."""
+        first = self.wanted.design.strokes[0].length
+        strokes = profile.strokes.commanded
+        ink = float(np.diff(strokes, axis=1).sum())
+        refusal = self.findings.registration.refusal
+        return f'design: {refusal}' if refusal and ink > first else ''
+
+    def targets(self, arc_length: Array, others: WidthTargets | None) -> WidthTargets | None:
+        """Return the widths that are wanted along a print: the design's where it tells them.
+
+        Args:
+            arc_length: (N,) of the profile's samples [m].
+            others: that hold elsewhere; None = none.
+        """
+        if self.pieces is None or self.deviations is None:
+            return others
+        piece = self.deviations.piece
+        at = np.flatnonzero(piece >= 0)
+        arc, width = arc_length[at], self.pieces.width[piece[at]]
+        if len(at):  # advice looks ahead along the stroke
+            last = int(piece[at[-1]])
+            coming = np.flatnonzero(self.pieces.stroke == self.pieces.stroke[last])
+            coming = coming[coming > last]
+            ahead = arc_length[at[-1]] + self.pieces.ink[coming] - self.pieces.ink[last]
+            arc, width = np.append(arc, ahead), np.append(width, self.pieces.width[coming])
+        if others is not None:
+            width = np.where(np.isnan(width), others.at(arc), width)
+        # On travel, and beside the design, the target before it goes on.
+        told = ~np.isnan(width)
+        return WidthTargets(arc[told], width[told]) if told.any() else others
+
+
+def compare_with_design(profile: ThicknessProfile, wanted: WantedDesign,
+                        path: DepositionPath | None = None,
+                        place: Registration | None = None) -> DesignComparison:
+    """Compare a print with its design.
+
+    Args:
+        profile: of the print.
+        wanted: its design.
+        path: as far as it is known; None = the print is over, and the profile has all of it.
+        place: where the design was found; None = it is told, or looked for.
+    """
+    place = place or wanted.place or register(
+        wanted.design, profile.points, profile.stroke, path is None or path.finished)
     if place.refusal:
         nothing = Spread.of(np.empty(0))
-        return DesignComparison(place, nothing, nothing, nothing)
+        return DesignComparison(wanted, DesignFindings(
+            wanted.name, place, nothing, nothing, nothing, (), (), np.empty((0, 2))))
     pieces, up = placed(wanted.design, place.T_base_design)
     found = deviations_of(profile, pieces, up)
-    presence = presence_of(profile, _path_of(profile), pieces, found)
-    return DesignComparison(
-        place, Spread.of(found.nozzle), Spread.of(found.bead),
+    presence = presence_of(profile, path or path_of(profile, True), pieces, found)
+    findings = DesignFindings(
+        wanted.name, place, Spread.of(found.nozzle), Spread.of(found.bead),
         Spread.of(profile.thickness - found.width), layers_of(pieces, found, presence, up),
         missing_in(pieces, presence), profile.runs_of(found.surplus))
+    return DesignComparison(wanted, findings, pieces, found)
 
 
-def _path_of(profile: ThicknessProfile) -> DepositionPath:
-    """Return the path of a print that is over, of which a profile has all."""
+class DesignFollower:
+    """Compares prints that grow with their design; where it lies is kept while it fits."""
+
+    def __init__(self, wanted: WantedDesign) -> None:
+        self._wanted = wanted
+        self._print_id = ''
+        self._ink = 0  # samples with which the place was looked for
+        self._place: Registration | None = None
+
+    def compare(self, profile: ThicknessProfile, path: DepositionPath) -> DesignComparison:
+        """Compare a print with its design, by its profile and its path as far as it is known."""
+        if profile.print_id != self._print_id:
+            self._print_id, self._ink, self._place = profile.print_id, 0, None
+        ink = int((profile.stroke > 0).sum())
+        ended = path.finished and len(profile) == len(path)
+        if self._wanted.place is None and (ended or ink > GROWN * self._ink):
+            self._ink = ink
+            self._place = register(self._wanted.design, profile.points, profile.stroke, ended,
+                                   None if ended else self._place)
+        return compare_with_design(profile, self._wanted, path, self._place)
+
+
+def path_of(profile: ThicknessProfile, finished: bool) -> DepositionPath:
+    """Return the path of a print of which a profile has all that is known."""
     unknown = np.full(len(profile), np.nan)
     end = float(profile.time[-1]) if len(profile) else 0.0
-    return DepositionPath(profile.print_id, profile.print_start_ns, end, True, profile.time,
+    return DepositionPath(profile.print_id, profile.print_start_ns, end, finished, profile.time,
                           profile.arc_length, profile.points, unknown, unknown,
                           profile.extruding, profile.extruder_known)

@@ -26,6 +26,7 @@ class Presence(IntEnum):
     SKIPPED = 2  # no ink was commanded there, though the print went on or is over
     NOT_SEEN = 3  # ink was commanded there, and whether it lies there is not known
     SEEN_MISSING = 4  # ink was commanded there, and bed is seen: GAP
+    NOT_RECORDED = 5  # it comes before the recording, which begins with ink
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Missing:
         presence: why it is here; never PRINTED.
         start, end: arc lengths along the stroke [m].
         count: of the pieces that tell.
+        middle: where it is, in the base frame [m].
     """
 
     stroke: int
@@ -46,6 +48,7 @@ class Missing:
     start: float
     end: float
     count: int
+    middle: tuple[float, float, float]
 
 
 def presence_of(profile: ThicknessProfile, path: DepositionPath, pieces: Pieces,
@@ -70,6 +73,9 @@ def presence_of(profile: ThicknessProfile, path: DepositionPath, pieces: Pieces,
         found[:] = Presence.SKIPPED
     elif len(there):
         found[:there.max()] = Presence.SKIPPED
+    laid = near[near >= 0]
+    if len(laid) and maybe[0]:
+        found[:laid[0]] = Presence.NOT_RECORDED
     found[_around(pieces, near)[0]] = Presence.NOT_SEEN
     told, sample = _around(pieces, deviations.piece)
     status = profile.status[sample]
@@ -91,7 +97,8 @@ def missing_in(pieces: Pieces, presence: Index) -> tuple[Missing, ...]:
     return tuple(
         Missing(int(pieces.stroke[one]), int(pieces.layer[one]), Presence(int(presence[one])),
                 float(pieces.arc_length[one] - pieces.half[one]),
-                float(pieces.arc_length[two - 1] + pieces.half[two - 1]), two - one)
+                float(pieces.arc_length[two - 1] + pieces.half[two - 1]), two - one,
+                tuple(pieces.middle[(one + two) // 2].tolist()))
         for one, two in pairwise(borders) if presence[one] != Presence.PRINTED)
 
 

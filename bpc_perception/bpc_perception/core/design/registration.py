@@ -13,6 +13,7 @@ from bpc_perception.core.design.alignment import (
     Alignment,
     explained,
     refined,
+    SAME_COST_M,
 )
 from bpc_perception.core.design.design import Design, DesignError
 from bpc_perception.core.design.pieces import Pieces
@@ -67,8 +68,8 @@ def place_at(x: float, y: float, z: float, yaw: float) -> Registration:
     return Registration(T_base_design)
 
 
-def register(design: Design, points: Array, stroke: Index,
-             finished: bool = False) -> Registration:
+def register(design: Design, points: Array, stroke: Index, finished: bool = False,
+             near: Registration | None = None) -> Registration:
     """Find where a design lies, from where the nozzle went while it laid ink.
 
     The design is turned about z and moved; tilted as well where the path says so. Strokes may be
@@ -81,6 +82,7 @@ def register(design: Design, points: Array, stroke: Index,
         points: (N, 3) nozzle tip in the robot base frame [m].
         stroke: (N,) number of the recorded stroke, from 1; 0 = travel.
         finished: whether the print is over: then the last strokes may be missing as well.
+        near: where it was found before, with less of the print: if it fits there, it is there.
     """
     ink = RecordedInk.of(points, stroke, finished)
     if ink is None:
@@ -88,15 +90,26 @@ def register(design: Design, points: Array, stroke: Index,
                         '; measure a print that lays ink, or tell where the design lies')
     pieces = Pieces.of(design)
     fine, coarse = ink.thinned(FINE), ink.thinned(COARSE)
+    if near is not None and not near.refusal:
+        best = refined(pieces, fine, explained(pieces, coarse, near.T_base_design))
+        if not _misfit(pieces, fine, design, best):
+            return _found(best)
     starts = sorted((explained(pieces, coarse, pose) for pose in starting_poses(design, fine)),
                     key=lambda one: one.cost)[:TRIED]
     tried = sorted((aligned(pieces, coarse, start.T_base_design) for start in starts
                     if start.cost <= starts[0].cost + HOPELESS * ink.length),
                    key=lambda one: one.cost)
+    # Of those that leave out as much, the nearest.
+    least = tried[0].cost + SAME_COST_M
+    tried.sort(key=lambda one: (one.cost > least, one.residual))
     best = refined(pieces, fine, tried[0])
     refusal = _misfit(pieces, fine, design, best) or _ambiguity(pieces, coarse, best, tried)
     if refusal:
         return _refused(refusal)
+    return _found(best)
+
+
+def _found(best: Alignment) -> Registration:
     return Registration(best.T_base_design, best.residual, best.explained, best.scale)
 
 
@@ -137,8 +150,7 @@ def _ambiguity(pieces: Pieces, ink: RecordedInk, best: Alignment,
     for other in tried[1:]:
         apart = np.linalg.norm(transform(other.T_base_design, corners)
                                - transform(best.T_base_design, corners), axis=1).max()
-        alike = (other.cost <= tried[0].cost + slack
-                 and other.residual <= max(1.5 * tried[0].residual, 1e-4))
+        alike = other.cost <= tried[0].cost + slack and other.is_as_near(tried[0])
         if apart > max(SAME_M, 4 * best.residual) and alike:
             x, y, z = (1e3 * (other.T_base_design[:3, 3] - best.T_base_design[:3, 3])).tolist()
             return ('registration: expected one place where the design fits, found another as '

@@ -14,15 +14,18 @@ from enum import IntEnum
 import numpy as np
 from scipy.ndimage import median_filter
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.config import ToleranceConfig
+from bpc_perception.core.design.comparison import DesignComparison, DesignFindings
+from bpc_perception.core.design.presence import Missing, Presence
 from bpc_perception.core.profile import Cause, Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 SURE_SIGMAS = 2.0  # by which a value is out of its band: 95 %
 LEAST_KNOWN = 2  # samples out of their band, between which nothing is known
 BRIDGED_M = 2e-3  # without an answer within one defect
 SURROUNDINGS_M = 1e-2  # of a neck, with whose median it is compared
+LEAST_SKIPPED_M = 2e-3  # of a design: less may be a corner that is cut
 MISSING_SHARE = 0.8  # of a stroke on which bed is seen: the rest is hardly more
 
 
@@ -38,6 +41,8 @@ class DefectKind(IntEnum):
     NECK = 6
     OOZE = 7
     MISSING_STROKE = 8
+    OFF_DESIGN = 9
+    SKIPPED = 10
 
 
 @dataclass(frozen=True)
@@ -46,13 +51,14 @@ class Defect:
 
     Attributes:
         kind: what.
-        stroke: number of the stroke; 0 = travel.
+        stroke: number of the stroke; 0 = travel. What was skipped has that of the design's stroke.
         layer: of the stroke, or of the last one before the travel.
-        start, end: arc lengths [m].
+        start, end: arc lengths, along the design's stroke of what was skipped [m].
         worst: what is farthest out of its band: a width, height, or offset (to the left > 0), or
-            the length of a gap, of ooze, or of a stroke that is missing [m].
+            the length of a gap, of ooze, or of a stroke that is missing or skipped [m].
         limit: what it may be there [m].
-        samples: how many samples are wrong.
+        samples: how many samples are wrong; of what was skipped, how many pieces of the design.
+        middle: where it is, in the base frame [m].
     """
 
     kind: DefectKind
@@ -63,10 +69,12 @@ class Defect:
     worst: float
     limit: float
     samples: int
+    middle: tuple[float, float, float]
 
     def is_part_of(self, other: Defect) -> bool:
         """Return whether it overlaps another of its kind."""
-        return (self.kind == other.kind and self.start <= other.end and other.start <= self.end)
+        return (self.kind == other.kind and self.start <= other.end and other.start <= self.end
+                and (self.kind != DefectKind.SKIPPED or self.stroke == other.stroke))
 
 
 @dataclass(frozen=True)
@@ -88,7 +96,8 @@ class Check:
 
 
 def checks_of(profile: ThicknessProfile, targets: WidthTargets | None,
-              tolerance: ToleranceConfig) -> Iterator[Check]:
+              tolerance: ToleranceConfig,
+              design: DesignComparison | None = None) -> Iterator[Check]:
     """Yield the checks that are made sample by sample; without a target, width has none."""
     if targets is not None and tolerance.width:
         target = targets.at(profile.arc_length)
@@ -99,7 +108,13 @@ def checks_of(profile: ThicknessProfile, targets: WidthTargets | None,
         yield from _band(profile.height, profile.height_sigma, target, tolerance.height,
                          (DefectKind.LOW, DefectKind.HIGH))
     if tolerance.offset:
-        yield _offset(profile, targets, tolerance.offset)
+        limit = tolerance.offset * (profile.thickness if targets is None else
+                                    targets.at(profile.arc_length))
+        yield _offset(profile, limit)
+        if design is not None and design.deviations is not None:
+            away = design.deviations.bead
+            yield Check(DefectKind.OFF_DESIGN, away, limit * np.sign(away),
+                        np.abs(away) - limit - SURE_SIGMAS * profile.sigma / 2)
     if tolerance.neck:
         usual = _surroundings(profile)
         limit = (1 - tolerance.neck) * usual
@@ -116,11 +131,9 @@ def _band(value: Array, sigma: Array, target: Array, share: float,
     yield Check(kinds[1], value, high, value - high - doubt)
 
 
-def _offset(profile: ThicknessProfile, targets: WidthTargets | None, share: float) -> Check:
+def _offset(profile: ThicknessProfile, limit: Array) -> Check:
     """Return the check of the bead's middle against the path."""
     offset = (profile.left - profile.right) / 2
-    width = profile.thickness if targets is None else targets.at(profile.arc_length)
-    limit = share * width
     excess = np.abs(offset) - limit - SURE_SIGMAS * profile.sigma / 2
     # As far off as that no sample tells its width; the ink of all together tells the shift.
     far = profile.cause == Cause.OFF_PATH
@@ -253,5 +266,29 @@ def _defect(profile: ThicknessProfile, kind: DefectKind, own: Index, extent: tup
     """Return a defect of the samples ``own``."""
     layers = profile.layer[:own[-1] + 1]
     laid = np.flatnonzero(layers >= 0)
+    x, y, z = (float(np.interp(sum(extent) / 2, profile.arc_length, axis))
+               for axis in profile.points.T)
     return Defect(kind, int(profile.stroke[own[len(own) // 2]]),
-                  int(layers[laid[-1]]) if len(laid) else 0, *extent, worst, limit, len(own))
+                  int(layers[laid[-1]]) if len(laid) else 0, *extent, worst, limit, len(own),
+                  (x, y, z))
+
+
+def skipped(design: DesignFindings, over: bool = False) -> list[Defect]:
+    """Return the parts of a design on which no ink was commanded, though the print went on.
+
+    Where the print is over, nothing is yet to come.
+    """
+    reasons = (Presence.SKIPPED, *([Presence.YET_TO_COME] if over else []))
+    return [Defect(DefectKind.SKIPPED, each.stroke + 1, each.layer, each.start, each.end,
+                   each.end - each.start, 0.0, each.count, each.middle)
+            for each in _parts(design, reasons)]
+
+
+def is_all_known(design: DesignFindings) -> bool:
+    """Return whether it is known where a design lies, and what was commanded along all of it."""
+    return not (design.registration.refusal or _parts(design, [Presence.NOT_RECORDED]))
+
+
+def _parts(design: DesignFindings, reasons: Sequence[Presence]) -> list[Missing]:
+    return [each for each in design.missing
+            if each.presence in reasons and each.end - each.start > LEAST_SKIPPED_M]

@@ -8,9 +8,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Flags
 from bpc_perception.core.config import ToleranceConfig
+from bpc_perception.core.design.comparison import DesignComparison, DesignFindings
 from bpc_perception.core.inspection.defects import (
     Check,
     checks_of,
@@ -18,9 +18,12 @@ from bpc_perception.core.inspection.defects import (
     DefectKind,
     find_defects,
     inner,
+    is_all_known,
     samples_of_strokes,
+    skipped,
 )
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 LEAST_COUNTED = 0.5  # of a stroke: if more of it has no width by its nature, too little is seen
 
@@ -61,7 +64,7 @@ class PrintVerdict:
         laying: whether ink was being laid at the capture.
         verdict: on the print.
         strokes, layers: in order.
-        defects: in the order of the path.
+        defects: in the order of the path, and then what of the design was skipped.
         judged: the kinds of defects that were looked for.
         enough: least share of a stroke that has to be seen for it to pass.
     """
@@ -83,10 +86,14 @@ class PrintVerdict:
         return cls(stamp_ns, '', True, False, Verdict.NOT_ENOUGH_SEEN, (), (), (), frozenset(),
                    0.0)
 
-    def at_its_end(self) -> PrintVerdict:
+    def at_its_end(self, design: DesignFindings | None = None) -> PrintVerdict:
         """Return the verdict where nothing more comes: the last stroke may pass as well.
 
         Not where ink was being laid at the capture: then the end of the print was not seen.
+
+        Args:
+            design: the print beside its design; where not all of it is known, the print cannot
+                pass. None = none is told.
         """
         if self.laying:
             return self
@@ -94,14 +101,21 @@ class PrintVerdict:
             replace(each, verdict=Verdict.PASS)
             if each.verdict == Verdict.NOT_ENOUGH_SEEN and self.judged and each.seen >= self.enough
             else each for each in self.strokes)
-        layers = _layers(strokes, self.defects)
+        defects = self.defects
+        if design is not None and DefectKind.MISSING_STROKE in self.judged:
+            defects = (*(each for each in defects if each.kind != DefectKind.SKIPPED),
+                       *skipped(design, over=True))
+        layers = _layers(strokes, defects)
         whole = _together(each.verdict for each in layers)
-        return replace(self, ended=True, strokes=strokes, layers=layers,
-                       verdict=Verdict.FAIL if self.defects else whole)
+        if whole == Verdict.PASS and design is not None and not is_all_known(design):
+            whole = Verdict.NOT_ENOUGH_SEEN
+        return replace(self, ended=True, strokes=strokes, layers=layers, defects=defects,
+                       verdict=Verdict.FAIL if defects else whole)
 
 
 def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: ToleranceConfig,
-          ended: bool, laying: bool = False) -> PrintVerdict:
+          ended: bool, laying: bool = False,
+          design: DesignComparison | None = None) -> PrintVerdict:
     """Judge a print by its profile.
 
     Args:
@@ -110,13 +124,16 @@ def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: To
         tolerance: how far it may be off.
         ended: whether the whole print was laid by then.
         laying: whether ink was being laid at the capture.
+        design: the print beside its design; None = none is told.
     """
-    checks = tuple(checks_of(profile, targets, tolerance))
+    checks = tuple(checks_of(profile, targets, tolerance, design))
     inside = inner(profile, tolerance.ends)
     defects = find_defects(profile, checks, inside, tolerance)
+    findings = design.findings if design is not None else None
+    missed = skipped(findings) if findings is not None and tolerance.missing_strokes else []
     wrong = {each.stroke for each in defects}
     seen = _seen(profile, checks, inside, tolerance.samples)
-    judged = _judged(targets, tolerance)
+    judged = _judged(targets, tolerance, design is not None and design.pieces is not None)
     last = profile.stroke[-1] if len(profile) else 0
     strokes = []
     for number, own in zip(profile.strokes.number.tolist(), samples_of_strokes(profile),
@@ -131,9 +148,9 @@ def judge(profile: ThicknessProfile, targets: WidthTargets | None, tolerance: To
             Verdict.PASS if enough else Verdict.NOT_ENOUGH_SEEN, share))
     verdict = PrintVerdict(
         profile.stamp_ns, profile.print_id, False, laying and not ended,
-        Verdict.FAIL if defects else Verdict.NOT_ENOUGH_SEEN, tuple(strokes),
-        _layers(strokes, defects), tuple(defects), judged, tolerance.coverage)
-    return verdict.at_its_end() if ended else verdict
+        Verdict.FAIL if defects or missed else Verdict.NOT_ENOUGH_SEEN, tuple(strokes),
+        _layers(strokes, (*defects, *missed)), (*defects, *missed), judged, tolerance.coverage)
+    return verdict.at_its_end(findings) if ended else verdict
 
 
 def _seen(profile: ThicknessProfile, checks: Sequence[Check], inside: Flags,
@@ -149,25 +166,29 @@ def _seen(profile: ThicknessProfile, checks: Sequence[Check], inside: Flags,
     return seen
 
 
-def _judged(targets: WidthTargets | None, tolerance: ToleranceConfig) -> frozenset[DefectKind]:
-    """Return which kinds of defects are looked for."""
+def _judged(targets: WidthTargets | None, tolerance: ToleranceConfig,
+            designed: bool) -> frozenset[DefectKind]:
+    """Return which kinds of defects are looked for; with a design that is found, some more."""
     height = bool(tolerance.height and tolerance.target_height)
     width = bool(targets is not None and tolerance.width)
     asked = {DefectKind.THIN: width, DefectKind.THICK: width, DefectKind.LOW: height,
              DefectKind.HIGH: height, DefectKind.OFF_PATH: tolerance.offset > 0,
              DefectKind.GAP: tolerance.gap_length > 0, DefectKind.NECK: tolerance.neck > 0,
              DefectKind.OOZE: tolerance.ooze_length > 0,
-             DefectKind.MISSING_STROKE: tolerance.missing_strokes}
+             DefectKind.MISSING_STROKE: tolerance.missing_strokes,
+             DefectKind.OFF_DESIGN: designed and tolerance.offset > 0,
+             DefectKind.SKIPPED: designed and tolerance.missing_strokes}
     return frozenset(kind for kind, wanted in asked.items() if wanted)
 
 
 def _layers(strokes: Sequence[PartVerdict], defects: Sequence[Defect]) -> tuple[PartVerdict, ...]:
     """Return the verdicts on the layers; ink on travel counts to the layer before it."""
     layers = []
-    oozing = {each.layer for each in defects if not each.stroke}
+    beside_strokes = {each.layer for each in defects
+                      if not each.stroke or each.kind == DefectKind.SKIPPED}
     for number in sorted({each.layer for each in strokes}):
         own = [each for each in strokes if each.layer == number]
-        verdict = (Verdict.FAIL if number in oozing
+        verdict = (Verdict.FAIL if number in beside_strokes
                    else _together(each.verdict for each in own))
         layers.append(PartVerdict(number, number, verdict,
                                   float(np.mean([each.seen for each in own]))))

@@ -8,7 +8,7 @@ from typing import Any
 from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 
-from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.page.board import TargetBand
 
 PARAMETER_NAMES = ['advice.target_thickness', 'advice.target_file', 'advice.dead_band']

@@ -33,6 +33,7 @@ class Header:
             self._print = ui.label().classes('print')
             self._verdict = ui.label().classes('verdict').props('role=status')
             self._capture = ui.label().classes('quiet capture')
+            self._design = ui.label().classes('quiet design')
             if act is not None:
                 with ui.element('div').classes('actions'):
                     for name in BUTTONS:
@@ -59,6 +60,11 @@ class Header:
         if verdict is not None:
             self._verdict.set_text(verdict_in_words(verdict))
             elements.set_tone(self._verdict, TONES[verdict.verdict])
+
+    def show_design(self, words: str) -> None:
+        """Show how far the print is from its design; empty = not known, or there is none."""
+        self._design.set_visibility(bool(words))
+        self._design.set_text(words)
 
     def show(self, profile: ThicknessProfile | None) -> None:
         """Show a profile; None = there is none yet."""

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import (
     FULL_COLOUR_DEVIATION,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.report.figures.data import thickness_ceiling

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.result import Result
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.legend import (
     HEIGHT_COLOUR,
     STATUS_COLOURS,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.display.units import MM_PER_M

@@ -97,7 +97,7 @@ def test_a_profile_that_comes_last_is_shown_with_the_rest(graph: Any) -> None:
     profile = ThicknessProfile.none(5)
     rest = (made._on_advice, advice_to_message(replace(RateAdvice.none(5), print_id='print'))), (
         made._on_verdict, verdict_to_message(replace(PrintVerdict.none(5), print_id='print'),
-                                             profile, 'base'))
+                                             'base'))
     for hear, message in rest:
         hear(message)
     made._on_profile(replace(profile, print_id='print'))
@@ -110,6 +110,6 @@ def test_of_each_print_the_newest_verdict_is_known(graph: Any) -> None:
     made = monitor.Monitor(graph.make(Node, 'monitor'), graph.executor, Terminal())
     for stamp_ns, name in ((1, 'first'), (2, 'first'), (3, 'second')):
         verdict = replace(PrintVerdict.none(stamp_ns), print_id=name)
-        made._on_verdict(verdict_to_message(verdict, ThicknessProfile.none(stamp_ns), 'base'))
+        made._on_verdict(verdict_to_message(verdict, 'base'))
     assert [(each.print_id, each.stamp_ns) for each in made.last_verdicts()] == [
         ('first', 2), ('second', 3)]

@@ -13,6 +13,7 @@ from bpc_perception.cli.parts.preflight import (
     Finding,
     Heard,
     judge_calibration,
+    judge_design,
     judge_disk,
     judge_domain,
     judge_exposure,
@@ -25,6 +26,7 @@ from bpc_perception.cli.parts.preflight import (
     WARN,
 )
 from bpc_perception.core.capture.exposure import Exposure
+from bpc_perception.core.config import DesignConfig
 
 POSE = 'geometry_msgs/msg/PoseStamped'
 
@@ -149,3 +151,12 @@ def test_who_is_in_the_domain_already_is_named() -> None:
     taken = judge_domain('7', 'process 12 (bpc live)')
     assert (taken.level, taken.found) == (FAIL, 'in use by process 12 (bpc live)')
     assert 'ROS_DOMAIN_ID' in taken.todo
+
+
+def test_a_design_is_read_before_a_print(tmp_path: Path) -> None:
+    file = tmp_path / 'line.csv'
+    file.write_text('x_mm,y_mm,z_mm\n0,0,0\n20,0,0\n')
+    found = judge_design(DesignConfig(str(file)))
+    assert (found.level, found.found) == (OK, f'1 strokes, 20 mm, in {file}')
+    assert judge_design(DesignConfig(str(file), place='1,2')).level == FAIL
+    assert judge_design(DesignConfig(str(tmp_path / 'no.gcode'))).level == FAIL

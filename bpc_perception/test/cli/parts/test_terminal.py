@@ -32,7 +32,7 @@ def test_people_get_lines(capsys, profile, advice):
 def test_each_defect_is_told_once_as_it_grows(capsys, profile, advice):
     def with_gaps(*ends):
         return replace(PrintVerdict.none(0), defects=tuple(
-            Defect(DefectKind.GAP, 1, 0, start, end, end - start, 0.002, 3)
+            Defect(DefectKind.GAP, 1, 0, start, end, end - start, 0.002, 3, (0.0, 0.0, 0.0))
             for start, end in ends))
 
     table = ResultTable(Terminal())

@@ -15,11 +15,11 @@ import pytest
 
 from bpc_perception.core.advice.advisor import Advisor
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import AdviceConfig
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 TARGET, FLOW, SPEED = 2e-3, 1e-8, 0.01
 SPACING = 2e-4

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from bpc_perception.core.advice.targets import WidthTargets
+from bpc_perception.core.targets import WidthTargets
 
 
 def test_a_constant_is_the_same_everywhere() -> None:

@@ -9,11 +9,11 @@ import numpy as np
 from perception_builders import profile_of
 import pytest
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import ToleranceConfig
 from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import judge
 from bpc_perception.core.profile import Cause, Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 TARGET = WidthTargets.constant(2e-3)
 SPACING = 2e-4

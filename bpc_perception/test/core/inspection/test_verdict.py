@@ -5,15 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from design_builders import path_of, printed, profile_along, stroke_of
 import numpy as np
 from perception_builders import profile_of
 import pytest
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import ToleranceConfig
+from bpc_perception.core.design.comparison import compare_with_design, WantedDesign
+from bpc_perception.core.design.design import Design
+from bpc_perception.core.design.registration import place_at, Registration
 from bpc_perception.core.inspection.defects import DefectKind
 from bpc_perception.core.inspection.verdict import judge, PrintVerdict, Verdict
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 
 TARGET = WidthTargets.constant(2e-3)
 PASS, FAIL, NOT_ENOUGH_SEEN = Verdict.PASS, Verdict.FAIL, Verdict.NOT_ENOUGH_SEEN
@@ -120,7 +124,8 @@ def test_where_heights_are_wanted_they_have_to_be_known() -> None:
 def test_what_was_not_looked_for_is_told() -> None:
     found = judge(two_strokes(), None, ToleranceConfig(neck=0.0), True)
     assert set(DefectKind) - found.judged == {
-        DefectKind.THIN, DefectKind.THICK, DefectKind.LOW, DefectKind.HIGH, DefectKind.NECK}
+        DefectKind.THIN, DefectKind.THICK, DefectKind.LOW, DefectKind.HIGH, DefectKind.NECK,
+        DefectKind.OFF_DESIGN, DefectKind.SKIPPED}
 
 
 def test_where_nothing_is_looked_for_nothing_passes() -> None:
@@ -139,3 +144,68 @@ def test_of_nothing_there_is_not_enough() -> None:
 def test_a_print_that_ended_later_is_judged_as_one_that_had(profile: ThicknessProfile) -> None:
     later = judge(profile, TARGET, ToleranceConfig(), False).at_its_end()
     assert later == judge(profile, TARGET, ToleranceConfig(), True)
+
+
+LINES = Design((stroke_of(((0, 0, 0), (20, 0, 0)), width=1.0),
+                stroke_of(((0, 5, 0), (20, 5, 0)), width=1.0),
+                stroke_of(((0, 9, 0), (20, 9, 0)), width=1.0)))
+
+
+def beside(left_out: tuple[int, ...] = (), left: float = 0.0, finished: bool = True,
+           told: bool = True, **tolerance: Any) -> PrintVerdict:
+    """Three lines, of which some are left out, so far to the left of their design [m]."""
+    points, stroke = printed(LINES, left_out=left_out)
+    profile = profile_along(points, stroke, left=left)
+    place = place_at(0, 0, 0, 0) if told else Registration(np.full((4, 4), np.nan), refusal='no')
+    found = compare_with_design(profile, WantedDesign('lines.csv', LINES, place),
+                                path_of(points, stroke, finished))
+    targets = found.targets(profile.arc_length, None)
+    return judge(profile, targets, ToleranceConfig(**tolerance), finished, design=found)
+
+
+def test_a_print_as_designed_is_judged_by_the_widths_of_its_design() -> None:
+    found = beside()
+    assert found.verdict == PASS
+    assert {DefectKind.THIN, DefectKind.OFF_DESIGN, DefectKind.SKIPPED} <= found.judged
+
+
+def test_a_stroke_that_is_skipped_fails_its_layer_and_the_print_as_soon_as_it_is_known() -> None:
+    for finished in (True, False):
+        found = beside(left_out=(1,), finished=finished)
+        defect, = found.defects
+        assert (defect.kind, defect.stroke, defect.layer) == (DefectKind.SKIPPED, 2, 0)
+        assert defect.worst == pytest.approx(20e-3)
+        assert defect.middle == pytest.approx((10e-3, 5e-3, 0), abs=2e-4)
+        assert (found.verdict, found.layers[0].verdict) == (FAIL, FAIL)
+        assert found.strokes[0].verdict == PASS
+    assert beside(left_out=(1,), missing_strokes=False).verdict == PASS
+
+
+def test_what_comes_before_a_recording_that_begins_with_ink_is_not_known() -> None:
+    found = beside(left_out=(0,))
+    assert (found.verdict, found.defects) == (NOT_ENOUGH_SEEN, ())
+    assert [each.verdict for each in found.strokes] == [PASS, PASS]
+
+
+def test_strokes_that_are_to_come_are_no_defect_until_the_end() -> None:
+    going_on = beside(left_out=(2,), finished=False)
+    assert (going_on.verdict, going_on.defects) == (NOT_ENOUGH_SEEN, ())
+    points, stroke = printed(LINES, left_out=(2,))
+    found = compare_with_design(profile_along(points, stroke), WantedDesign(
+        'lines.csv', LINES, place_at(0, 0, 0, 0)), path_of(points, stroke, False))
+    ended = going_on.at_its_end(found.findings)
+    assert (ended.verdict, [each.kind for each in ended.defects]) == (FAIL, [DefectKind.SKIPPED])
+
+
+def test_a_bead_beside_its_design_is_told() -> None:
+    found = beside(left=0.3e-3, offset=0.25)
+    assert {each.kind for each in found.defects} == {DefectKind.OFF_PATH, DefectKind.OFF_DESIGN}
+    worst, = {round(each.worst, 6) for each in found.defects}
+    assert worst == pytest.approx(0.3e-3)
+    assert beside(left=0.3e-3, offset=0.35).verdict == PASS
+
+
+def test_a_print_whose_design_lies_nowhere_cannot_pass() -> None:
+    found = beside(told=False)
+    assert (found.verdict, found.defects) == (NOT_ENOUGH_SEEN, ())
+    assert DefectKind.SKIPPED not in found.judged

@@ -9,8 +9,8 @@ import plotly.graph_objects as go
 import plotly.io
 import pytest
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.profile import Status
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.legend import STATUS_COLOURS
 from bpc_perception.report.figures import deviation_map, histogram, image, offset, thickness
 from bpc_perception.report.figures.deviation_map import MOST_SAMPLES

@@ -7,8 +7,8 @@ import json
 import pytest
 from report_prints import NASTY
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.result import Result
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.report.pages import report_page
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.provenance import Provenance

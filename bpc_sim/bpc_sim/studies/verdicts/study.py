@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.config import ThicknessConfig, ToleranceConfig
 from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import judge, Verdict
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.measure import measure
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.targets import WidthTargets
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.recorded_path import recorded_path
 from bpc_sim.studies.layers_study import captures, START_NS

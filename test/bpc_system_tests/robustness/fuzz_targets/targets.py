@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bpc_perception.core.advice.targets import WidthTargets
 from bpc_perception.core.parameter import ConfigError
+from bpc_perception.core.targets import WidthTargets
 from bpc_perception.files.hand_eye_file import HandEyeError, load_hand_eye
 from bpc_perception.files.parameter_file import ParameterFileError
 from bpc_perception.messages.stamps import ConversionError

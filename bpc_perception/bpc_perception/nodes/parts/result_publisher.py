@@ -1,0 +1,65 @@
+"""Publishes what came of each capture: profile, advice, verdict, and how far from its design."""
+
+from __future__ import annotations
+
+from rclpy.node import Node
+
+from bpc_interfaces.msg import (
+    DesignComparison,
+    PrintVerdict as PrintVerdictMsg,
+    RateAdvice as RateAdviceMsg,
+)
+from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.inspection.verdict import PrintVerdict
+from bpc_perception.core.result import Result
+from bpc_perception.messages import topics
+from bpc_perception.messages.advice import advice_to_message
+from bpc_perception.messages.design import design_to_message, no_design
+from bpc_perception.messages.verdict import verdict_to_message
+from bpc_perception.nodes.parts.profile_publisher import ProfilePublisher
+
+
+class ResultPublisher:
+    """Publishes results of captures that were measured.
+
+    Args:
+        node: whose topics they are.
+        frame: robot base frame.
+        designed: whether there is a design; else the topic beside it is not there.
+    """
+
+    def __init__(self, node: Node, frame: str, designed: bool) -> None:
+        self._frame = frame
+        self._profiles = ProfilePublisher(node, frame)
+        self._advice = node.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
+        self._verdicts = node.create_publisher(PrintVerdictMsg, topics.VERDICT, topics.RESULT_QOS)
+        self._designs = node.create_publisher(
+            DesignComparison, topics.DESIGN, topics.RESULT_QOS) if designed else None
+
+    def publish(self, result: Result, longest_whole: int) -> None:
+        """Publish a result that has a profile; of a longer one than this, what is new in it."""
+        profile = result.profile
+        assert profile is not None
+        assert result.advice is not None
+        assert result.verdict is not None
+        self._profiles.publish(profile, longest_whole)
+        self._advice.publish(advice_to_message(result.advice))
+        self._verdicts.publish(verdict_to_message(result.verdict, self._frame))
+        if self._designs is not None and result.design is not None:
+            self._designs.publish(design_to_message(
+                result.design.findings, profile.print_id, profile.stamp_ns, self._frame))
+
+    def complete(self) -> None:
+        """Publish the whole profile of a print that has ended, if it was not sent whole."""
+        self._profiles.complete()
+
+    def clear(self, now_ns: int) -> bool:
+        """Tell who knows of a print that there is none any more; return whether anyone does."""
+        if not self._profiles.told:
+            return False
+        self._profiles.clear(now_ns)
+        self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
+        self._verdicts.publish(verdict_to_message(PrintVerdict.none(now_ns), self._frame))
+        if self._designs is not None:
+            self._designs.publish(no_design(now_ns, self._frame))
+        return True

@@ -1,0 +1,124 @@
+"""Prints that grow beside their design, and what that says of their widths."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from design_builders import lattice, MM, path_of, printed, profile_along, snake, stroke_of
+import numpy as np
+from perception_builders import pose
+import pytest
+
+from bpc_perception.core.design import comparison
+from bpc_perception.core.design.comparison import (
+    compare_with_design,
+    DesignComparison,
+    DesignFollower,
+    WantedDesign,
+)
+from bpc_perception.core.design.design import Design
+from bpc_perception.core.design.presence import Presence
+from bpc_perception.core.geometry import transform
+from bpc_perception.core.targets import WidthTargets
+
+PLACE = pose((0.5, -0.1, 0.02), (77, 0, 0))
+STEP = Design((replace(stroke_of(((0, 0, 0.3), (10, 0, 0.3), (20, 0, 0.3), (20, 9, 0.3))),
+                       widths=np.array((0.8, 1.2, np.nan)) * MM),))
+
+
+def at(design: Design, share: float, finished: bool = False,
+       left_out: tuple[int, ...] = ()) -> DesignComparison:
+    """A print of which so much is done, beside its design; a new one each time."""
+    return grown(DesignFollower(WantedDesign('vase.csv', design)), design, share, finished,
+                 left_out)
+
+
+def grown(follower: DesignFollower, design: Design, share: float, finished: bool = False,
+          left_out: tuple[int, ...] = ()) -> DesignComparison:
+    points, stroke = printed(design, PLACE, share * design.length, left_out)
+    return follower.compare(profile_along(points, stroke), path_of(points, stroke, finished))
+
+
+def test_what_was_left_out_is_skipped_at_once_and_the_rest_is_to_come() -> None:
+    design = lattice()
+    missing = at(design, 0.5, left_out=(4,)).findings.missing
+    assert {each.presence for each in missing if each.stroke == 4} == {Presence.SKIPPED}
+    coming = sum(each.end - each.start for each in missing
+                 if each.presence == Presence.YET_TO_COME)
+    assert coming == pytest.approx(0.5 * design.length - 20 * MM, abs=1.5 * MM)
+
+
+def test_at_its_end_nothing_is_to_come() -> None:
+    design = lattice()
+    points, stroke = printed(design, PLACE, 0.7 * design.length)
+    profile = profile_along(points, stroke)
+    wanted = WantedDesign('vase.csv', design)
+    for found in (DesignFollower(wanted).compare(profile, path_of(points, stroke, True)),
+                  compare_with_design(profile, wanted)):
+        assert {each.presence for each in found.findings.missing} == {Presence.SKIPPED}
+        missing = sum(each.end - each.start for each in found.findings.missing)
+        assert missing == pytest.approx(0.3 * design.length, abs=1.5 * MM)
+
+
+def test_where_it_lies_is_looked_for_when_there_is_more_of_it(
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seldom, but the place is as good as one that is found at once."""
+    tried = []
+    register = comparison.register
+
+    def counted(*values: object) -> object:
+        tried.append(values)
+        return register(*values)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(comparison, 'register', counted)
+    design = lattice(layers=2)
+    follower = DesignFollower(WantedDesign('vase.csv', design))
+    shares = np.linspace(0.1, 0.99, 60)
+    last = [grown(follower, design, share) for share in shares][-1]
+    assert len(tried) <= np.log(10) / np.log(1.2) + 2
+    points = np.concatenate([stroke.points for stroke in design.strokes])
+    place = last.findings.registration.T_base_design
+    assert np.abs(transform(place, points) - transform(PLACE, points)).max() < 0.02 * MM
+
+
+def test_another_print_lies_elsewhere() -> None:
+    design = lattice()
+    follower = DesignFollower(WantedDesign('vase.csv', design))
+    grown(follower, design, 0.9)
+    points, stroke = printed(design, pose((0.1, 0.2, 0.0)), 0.3 * design.length)
+    profile = replace(profile_along(points, stroke), print_id='another')
+    place = follower.compare(profile, path_of(points, stroke, False)).findings.registration
+    np.testing.assert_allclose(place.T_base_design[:3, 3], (0.1, 0.2, 0.0), atol=0.05 * MM)
+
+
+def test_widths_of_the_design_are_the_targets_also_of_what_comes() -> None:
+    found = at(STEP, 0.2)
+    assert found.deviations is not None
+    targets = found.targets(np.linspace(0, 0.2 * STEP.length, len(found.deviations.piece)), None)
+    assert targets is not None
+    np.testing.assert_allclose(targets.at(np.linspace(0, 9, 40) * MM), 0.8 * MM)
+    assert float(targets.at(12 * MM)) == pytest.approx(1.2 * MM)
+
+
+def test_where_the_design_tells_no_width_another_target_holds() -> None:
+    found = at(STEP, 1.0, finished=True)
+    assert found.deviations is not None
+    arc = np.linspace(0, STEP.length, len(found.deviations.piece))
+    targets = found.targets(arc, WidthTargets.constant(2 * MM))
+    assert targets is not None
+    assert targets.at(np.array((5, 15, 25)) * MM) == pytest.approx(
+        np.array((0.8, 1.2, 2.0)) * MM)
+    bare = Design((stroke_of(((0, 0, 0), (20, 0, 0))),))
+    assert at(bare, 1.0).targets(arc, None) is None
+
+
+def test_what_does_not_fit_is_warned_of_once_there_is_enough_of_it() -> None:
+    points, stroke = printed(snake(), PLACE)
+    wanted = WantedDesign('vase.csv', lattice())
+    for share, warned in ((0.05, False), (1.0, True)):
+        count = round(share * len(points))
+        profile = profile_along(points[:count], stroke[:count])
+        found = compare_with_design(profile, wanted)
+        warning = found.warning(profile)
+        assert warning.startswith('design: registration: expected') == warned
+    assert found.targets(profile.arc_length, None) is None
