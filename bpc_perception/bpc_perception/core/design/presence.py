@@ -16,6 +16,7 @@ from bpc_perception.core.profile import Status, ThicknessProfile
 
 # Along a stroke, from a sample that tells of a place: corners that are cut leave so much out.
 ALONG_M = 1e-3
+LEAST_THERE = 10  # pieces that tell that the print has come there: one may be of another stroke
 
 
 class Presence(IntEnum):
@@ -68,11 +69,11 @@ def presence_of(profile: ThicknessProfile, path: DepositionPath, pieces: Pieces,
     near = path_pieces(path.points, maybe, pieces)
     offset = pieces.offsets(path.points, np.maximum(near, 0))[0]
     near[np.linalg.norm(offset, axis=1) > reach] = -1
-    there = np.concatenate((near[near >= 0], deviations.piece[deviations.piece >= 0]))
+    there = np.unique(deviations.piece[deviations.piece >= 0])
     if path.finished:
         found[:] = Presence.SKIPPED
-    elif len(there):
-        found[:there.max()] = Presence.SKIPPED
+    elif len(there) >= LEAST_THERE:
+        found[:there[-LEAST_THERE]] = Presence.SKIPPED
     laid = near[near >= 0]
     if len(laid) and maybe[0]:
         found[:laid[0]] = Presence.NOT_RECORDED

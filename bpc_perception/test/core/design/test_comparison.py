@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from design_builders import lattice, MM, path_of, printed, profile_along, snake, stroke_of
+from design_builders import along, lattice, MM, path_of, printed, profile_along, snake, stroke_of
 import numpy as np
 from perception_builders import pose
 import pytest
@@ -18,6 +18,7 @@ from bpc_perception.core.design.comparison import (
 )
 from bpc_perception.core.design.design import Design
 from bpc_perception.core.design.presence import Presence
+from bpc_perception.core.design.registration import Registration
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.targets import WidthTargets
 
@@ -122,3 +123,29 @@ def test_what_does_not_fit_is_warned_of_once_there_is_enough_of_it() -> None:
         warning = found.warning(profile)
         assert warning.startswith('design: registration: expected') == warned
     assert found.targets(profile.arc_length, None) is None
+
+
+def test_a_nozzle_whose_ink_is_not_known_yet_has_come_nowhere() -> None:
+    """The newest states of the extruder may be missing: it may travel over strokes to come."""
+    design = lattice()
+    points, stroke = printed(design, PLACE, 0.3 * design.length)
+    ahead = along(transform(PLACE, design.strokes[14].points), 5 * MM)
+    path = path_of(np.concatenate((points, ahead)), np.append(stroke, np.zeros(len(ahead))), False)
+    path = replace(path, extruder_known=np.arange(len(path)) < len(points))
+    found = DesignFollower(WantedDesign('vase.csv', design)).compare(
+        profile_along(points, stroke), path)
+    assert Presence.SKIPPED not in {each.presence for each in found.findings.missing}
+
+
+def test_a_nozzle_that_lifts_beside_a_stroke_to_come_has_not_come_there() -> None:
+    design = lattice()
+    points, stroke = printed(design, PLACE, 4 * 20 * MM)
+    # Ink is commanded still, and the way up runs along another stroke for a moment.
+    lifting = along(transform(PLACE, design.strokes[14].points), 0.4 * MM)
+    points, stroke = np.concatenate((points, lifting)), np.append(stroke, [4] * len(lifting))
+    more, numbers = (np.concatenate((a, b)) for a, b in zip(
+        (points, stroke), printed(Design(design.strokes[4:6]), PLACE), strict=True))
+    numbers[len(stroke):] += 4 * (numbers[len(stroke):] > 0)
+    found = DesignFollower(WantedDesign('vase.csv', design, Registration(PLACE))).compare(
+        profile_along(more, numbers), path_of(more, numbers, False))
+    assert Presence.SKIPPED not in {each.presence for each in found.findings.missing}
