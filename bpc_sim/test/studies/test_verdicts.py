@@ -8,6 +8,7 @@ import pytest
 from bpc_perception.core.inspection.defects import DefectKind
 from bpc_perception.core.inspection.verdict import Verdict
 from bpc_sim.studies.verdicts import study
+from bpc_sim.studies.verdicts.designed import design_of
 from bpc_sim.studies.verdicts.planted import planted, sound_print, STROKE, WIDTH_M
 
 
@@ -34,6 +35,19 @@ def test_ink_is_missing_or_too_much_where_it_is_said() -> None:
     missing = planted(DefectKind.MISSING_STROKE, 5e-3, 1)
     start, end = missing.job.commanded.runs[STROKE]
     assert end - start == pytest.approx(5e-3)
+
+
+@pytest.mark.parametrize(('kind', 'size', 'shift', 'left_out'), [
+    (DefectKind.OFF_DESIGN, 0.3, 0.3 * WIDTH_M, 0.0), (DefectKind.SKIPPED, 4e-3, 0.0, 4e-3)])
+def test_a_print_and_its_design_differ_as_said(kind: DefectKind, size: float, shift: float,
+                                               left_out: float) -> None:
+    print_ = planted(kind, size, 1)
+    assert print_.design is not None
+    meant, laid = (design.strokes[STROKE].points
+                   for design in (print_.design.design, design_of(print_.job)))
+    assert np.linalg.norm(meant[0] - laid[0]) == pytest.approx(shift, abs=1e-5)
+    length = np.linalg.norm(meant[-1] - meant[0]) - np.linalg.norm(laid[-1] - laid[0])
+    assert length == pytest.approx(left_out, abs=3e-4)
 
 
 def test_sound_prints_are_as_even_as_said() -> None:

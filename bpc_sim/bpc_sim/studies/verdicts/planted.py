@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from bpc_perception.core.arrays import Array
+from bpc_perception.core.design.comparison import WantedDesign
 from bpc_perception.core.inspection.defects import DefectKind
 from bpc_sim.ink.deposit import Deposit, WidthProfile
 from bpc_sim.printer.motion import Travel
@@ -16,6 +17,7 @@ from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.scenarios import parallel_lines, SCENARIOS, stroke_job
 from bpc_sim.scene.scene import Sensor
 from bpc_sim.stress.camera_placement import CameraPlacement
+from bpc_sim.studies.verdicts.designed import design_of, wanted
 
 SPEED_M_PER_S = 0.01
 SOUND = ('line', 'ring', 'meander', 'strokes', 'archimedean', 'dense', 'stack', 'crosshatch')
@@ -58,11 +60,13 @@ class Planted:
         job: the print.
         extent: arc lengths between which the defect is [m].
         shift: how far the path is told to the left of where it is [m].
+        design: of the print, where that matters.
     """
 
     job: PrintJob
     extent: tuple[float, float]
     shift: float = 0.0
+    design: WantedDesign | None = None
 
 
 def sound_print(number: int) -> PrintJob:
@@ -94,7 +98,8 @@ def planted(kind: DefectKind, size: float, number: int) -> Planted:
 
     Args:
         kind: of the defect.
-        size: share of the width or height; of GAP, OOZE and MISSING_STROKE the length [m].
+        size: share of the width or height; of GAP, OOZE, MISSING_STROKE and SKIPPED the length
+            [m].
         number: which print.
     """
     rng = np.random.default_rng(number)
@@ -103,6 +108,12 @@ def planted(kind: DefectKind, size: float, number: int) -> Planted:
         lines[1::2] = lines[1::2, ::-1]
     if kind == DefectKind.MISSING_STROKE:
         lines[STROKE, 1, 0] = lines[STROKE, 0, 0] + size
+    design = None
+    if kind in (DefectKind.OFF_DESIGN, DefectKind.SKIPPED):
+        away = size * WIDTH_M if kind == DefectKind.OFF_DESIGN else 0.0
+        meant = stroke_job(lines, SPEED_M_PER_S, Travel(0, 0, 2e-3), WIDTH_M)
+        design = wanted(design_of(meant), away * meant.T_base_surface[:3, 1])
+        lines[STROKE, 1, 0] -= size if kind == DefectKind.SKIPPED else 0.0
     job = stroke_job(lines, SPEED_M_PER_S, Travel(0, 0, 2e-3), WIDTH_M)
     start, end = job.commanded.runs[STROKE].tolist()
     middle = (start + end) / 2
@@ -124,6 +135,9 @@ def planted(kind: DefectKind, size: float, number: int) -> Planted:
         case DefectKind.OFF_PATH:
             extent, shift = (start, end), size * WIDTH_M
             job = replace(job, printed_width=even)
+        case DefectKind.OFF_DESIGN | DefectKind.SKIPPED:
+            extent = (start, end)
+            job = replace(job, printed_width=even)
         case DefectKind.GAP | DefectKind.MISSING_STROKE:
             extent = ((middle - size / 2, middle + size / 2) if kind == DefectKind.GAP
                       else (start, end))
@@ -132,7 +146,7 @@ def planted(kind: DefectKind, size: float, number: int) -> Planted:
             extent = (end, end + size)
             fields = {name: getattr(job, name) for name in job.__dataclass_fields__}
             job = OozingJob(**{**fields, 'printed_width': even}, ooze=extent)
-    return Planted(seen(job, rng, number), extent, shift)
+    return Planted(seen(job, rng, number), extent, shift, design)
 
 
 def scaled(profile: WidthProfile, extent: tuple[float, float],

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bpc_perception.core.config import ThicknessConfig, ToleranceConfig
+from bpc_perception.core.design.comparison import compare_with_design
 from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import judge, Verdict
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
@@ -17,13 +18,15 @@ from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.recorded_path import recorded_path
 from bpc_sim.studies.layers_study import captures, START_NS
 from bpc_sim.studies.study_runner import Row, Study
-from bpc_sim.studies.verdicts.planted import planted, sound_print, WIDTH_M
+from bpc_sim.studies.verdicts.designed import design_of, wanted
+from bpc_sim.studies.verdicts.planted import planted, sound_print, STROKE, WIDTH_M
 
 SOUND_PRINTS_EACH = 10  # of one task, which has one seed
 SIZES = 20  # of each kind of defect
 LARGEST = {DefectKind.THIN: 0.4, DefectKind.THICK: 0.4, DefectKind.LOW: 0.6, DefectKind.HIGH: 0.6,
            DefectKind.OFF_PATH: 0.6, DefectKind.GAP: 6e-3, DefectKind.NECK: 0.6,
-           DefectKind.OOZE: 5e-3, DefectKind.MISSING_STROKE: 0.02}
+           DefectKind.OOZE: 5e-3, DefectKind.MISSING_STROKE: 0.02, DefectKind.OFF_DESIGN: 0.6,
+           DefectKind.SKIPPED: 6e-3}
 HEIGHT_M = 0.3 * WIDTH_M  # of the planted prints, above the bed
 # A neck is looked for without a target: with one it is thin.
 WITHOUT_TARGET = frozenset((DefectKind.NECK,))
@@ -65,11 +68,12 @@ def work(task: tuple[DefectKind | None, int]) -> list[Found]:
 
 
 def judge_sound(number: int) -> Found:
-    """Judge a sound print by the width that it was meant to have."""
+    """Judge a sound print by its design, which tells the width that it was meant to have."""
     job = sound_print(number)
     profile = measured(job)
-    wanted = job.commanded.profile(np.zeros(1))[0]
-    verdict = judge(profile, WidthTargets.constant(float(wanted)), ToleranceConfig(), True)
+    design = compare_with_design(profile, wanted(design_of(job)), recorded_path(job, START_NS))
+    verdict = judge(profile, design.targets(profile.arc_length, None), ToleranceConfig(), True,
+                    design=design)
     return Found(None, 0.0, verdict.verdict, verdict.defects)
 
 
@@ -78,9 +82,12 @@ def judge_planted(kind: DefectKind, size: float, number: int) -> Found:
     print_ = planted(kind, size, number)
     profile = measured(print_.job, print_.shift)
     targets = None if kind in WITHOUT_TARGET else WidthTargets.constant(WIDTH_M)
-    verdict = judge(profile, targets, ToleranceConfig(target_height=HEIGHT_M), True)
+    design = compare_with_design(profile, print_.design) if print_.design else None
+    verdict = judge(profile, targets, ToleranceConfig(target_height=HEIGHT_M), True,
+                    design=design)
     start, end = (along(print_.job, profile, at) for at in print_.extent)
-    hit = any(each.kind == kind and each.start <= end and each.end >= start
+    hit = any(each.kind == kind and (each.stroke == STROKE + 1 if kind == DefectKind.SKIPPED else
+                                     each.start <= end and each.end >= start)
               for each in verdict.defects)
     return Found(kind, size, verdict.verdict, verdict.defects, hit)
 
