@@ -12,8 +12,8 @@ from bpc_system_tests.robustness.fuzz import execute, input_of, spoil
 from bpc_system_tests.robustness.fuzz_targets.target import Target
 from bpc_system_tests.robustness.fuzz_targets.targets import targets
 
-NAMES = ('bag', 'sqlite bag', 'calibration', 'parameters', 'targets', 'extruder line', 'tic',
-         'messages', 'captures')
+NAMES = ('bag', 'sqlite bag', 'calibration', 'parameters', 'targets', 'g-code', 'design table',
+         'extruder line', 'tic', 'messages', 'captures')
 EXECUTIONS = 800
 
 

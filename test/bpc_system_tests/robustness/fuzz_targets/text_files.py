@@ -1,4 +1,4 @@
-"""Fuzz targets: calibrations and parameter files."""
+"""Fuzz targets: calibrations, parameter files and designs."""
 
 from __future__ import annotations
 
@@ -34,6 +34,13 @@ def parameter_files() -> list[bytes]:
             b'/**:\n  ros__parameters:\n    path.spacing: 0.0002\n'
             b'thickness:\n  ros__parameters:\n    method: paper\n'
             b'    advice: {target_thickness: 0.002, target_file: ""}\n']
+
+
+def g_code_files() -> list[bytes]:
+    """Return a short design of each dialect."""
+    samples = ROOT / 'bpc_perception' / 'test' / 'files' / 'design' / 'samples'
+    # That of a dispenser is read with the names of its commands alone.
+    return [file.read_bytes() for file in sorted(samples.iterdir()) if file.stem != 'pressure']
 
 
 def read_parameters(file: Path) -> object:
