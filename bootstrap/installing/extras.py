@@ -20,11 +20,17 @@ EXTRAS = {
     'batch': ('batch', 0.5e9),
     'figures': ('--figures', 0.2e9),
     'page': ('--page', 0.2e9),
-    'printability': ('printability', 0.1e9),
+    'printability': ('printability and testprint', 0.1e9),
     'tests': ('test and env', 0.6e9),
 }
 ALL = frozenset(EXTRAS)
-NEEDED_BY_COMMAND = {'batch': {'batch'}, 'printability': {'printability'}, 'test': ALL, 'env': ALL}
+NEEDED_BY_COMMAND = {
+    'batch': {'batch'},
+    'printability': {'printability'},
+    'testprint': {'printability'},
+    'test': ALL,
+    'env': ALL,
+}
 NEEDED_BY_OPTION = {'--figures': {'figures'}, '--page': {'page'}}
 
 

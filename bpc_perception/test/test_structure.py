@@ -41,7 +41,7 @@ FLOOR_PLAN = {
         'core.arrays', 'core.geometry', 'core.filters', 'core.parameter', 'core.robot',
         'core.capture.colour_space', 'core.config', 'core.extruder', 'core.capture', 'core.path',
         'core.targets', 'core.stroke_ends', 'core.profile', 'core.amounts', 'core.design',
-        'core.printability', 'core.measurement.view', 'core.measurement.bed',
+        'core.printability', 'core.testprints', 'core.measurement.view', 'core.measurement.bed',
         'core.measurement.scale', 'core.measurement.side_points', 'core.measurement.verdicts',
         'core.measurement.samples', 'core.measurement.track', 'core.measurement.kept',
         'core.measurement.cross_section.sections', 'core.measurement.cross_section.appearance',

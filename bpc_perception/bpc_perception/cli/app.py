@@ -32,8 +32,8 @@ COMMANDS = {name: f'bpc_perception.cli.{place}' for name, place in (
     ('demo', 'replay:demo'), ('test', 'test_suite:run_tests'), ('measure', 'measure:measure'),
     ('replay', 'replay:replay'), ('live', 'live:live'), ('record', 'record:record'),
     ('recover', 'recover:recover'), ('batch', 'batch:batch'), ('compare', 'compare:compare'),
-    ('printability', 'printability.command:printability'), ('check', 'check:check'),
-    ('calibrate', 'calibrate:app'))}
+    ('printability', 'printability.command:printability'), ('testprint', 'testprint:app'),
+    ('check', 'check:check'), ('calibrate', 'calibrate:app'))}
 
 
 def command_line(words: Sequence[str] | None = None) -> typer.Typer:

@@ -18,8 +18,10 @@ SUMMARY = 'summary.json'
 # What a result consists of. Other files in its folder belong to someone else, and stay.
 # Of `bpc printability`: it is about a result, and goes with it.
 PRINTABILITY = re.compile(r'printability\.csv|pores(_layers_[\d_]+)?\.(pdf|svg)')
+# Of `bpc testprint judge`, likewise.
+TEST_PRINT = re.compile(r'sweep\.csv|findings\.csv')
 OURS = re.compile(r'profile\.csv|summary\.json|report\.html|figures|capture_\d{4,}|print_\d+|'
-                  + PRINTABILITY.pattern)
+                  + f'{PRINTABILITY.pattern}|{TEST_PRINT.pattern}')
 
 
 def check_out(folder: Path) -> None:

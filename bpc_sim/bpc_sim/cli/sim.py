@@ -30,13 +30,25 @@ def sim(
         help='Captures a second: 0.5, in a closed loop 1.')] = None,
     target: Annotated[float, typer.Option(
         help='Thickness wanted [mm]; in a closed loop the scenario knows.')] = 2.0,
+    design: Annotated[Path | None, typer.Option(
+        metavar='FILE', help='Print a design with --record: G-code, a CSV path with widths, or a '
+        'test print, whose NAME_strokes.csv lies beside it.')] = None,
+    spreading: Annotated[float, typer.Option(
+        help='Of the ink, with --design: width of a bead over that of a round filament.')] = 1.6,
+    lag: Annotated[float, typer.Option(
+        help='With --design: time constant of the syringe [s].')] = 0.05,
+    dead_time: Annotated[float, typer.Option(
+        '--dead-time', help='With --design: time before a command has any effect [s].')] = 0.15,
+    sag: Annotated[float, typer.Option(
+        help='With --design: how far ink hangs down between two strokes below [mm].')] = 0.1,
     record: Annotated[Path | None, typer.Option(
         metavar='BAG', help='Only write the print to a new bag, without a graph.')] = None,
     closed_loop: Annotated[bool, typer.Option(
         '--closed-loop', help='Let a print controller follow the advice.')] = False,
     actuator: Annotated[str, typer.Option(
         help='In a closed loop, what is corrected: flow or speed.')] = 'flow',
-    seed: Annotated[int, typer.Option(help='In a closed loop: which printer.')] = 0,
+    seed: Annotated[int, typer.Option(
+        help='In a closed loop, and with --design: which printer.')] = 0,
     out: PrintsOption = PRINTS,
     no_save: NoSaveOption = False,
     separate: SeparateOption = False,
@@ -54,6 +66,13 @@ def sim(
     capture_rate = check_capture_rate(rate, closed_loop)
     expect_room_for(out, 'the prints')
     prints = None if no_save else out
+    if design is not None:
+        from bpc_sim.cli.parts.design_print import behaviour_of, record_design
+
+        bag = bag_of_design(scenario, closed_loop, record)
+        behaviour = behaviour_of(spreading, lag, dead_time, seed)
+        record_design(design, behaviour, sag, speed, capture_rate, target, bag, terminal)
+        return
     if closed_loop:
         if record is not None:
             raise ValueError('--record: expected an open loop, found --closed-loop')
@@ -65,6 +84,16 @@ def sim(
         record_open_loop(planned, record, terminal)
     else:
         run_open_loop(planned, prints, separate, page, terminal)
+
+
+def bag_of_design(scenario: str | None, closed_loop: bool, record: Path | None) -> Path:
+    """Return where to record the print of a design; ValueError = with these options it is none."""
+    if record is None:
+        raise ValueError('--design: expected --record, found none; name the new bag with it')
+    if scenario is not None or closed_loop:
+        raise ValueError('--design: expected it alone, found --scenario or --closed-loop'
+                         '; leave one out')
+    return record
 
 
 def check_speed(speed_mm_s: float) -> None:

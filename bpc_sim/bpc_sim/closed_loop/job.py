@@ -11,7 +11,8 @@ from bpc_perception.core.geometry import invert, transform
 from bpc_sim.closed_loop.situation import NOMINAL_SPEED_M_PER_S, Situation
 from bpc_sim.closed_loop.situations import make_situation
 from bpc_sim.ink.deposit import Deposit
-from bpc_sim.ink.extrusion import Extrusion, THINNEST_BEAD_M
+from bpc_sim.ink.extrusion import Extrusion
+from bpc_sim.ink.laid_bead import laid_bead
 from bpc_sim.printer.print_job import PrintJob
 from bpc_sim.printer.scenarios import meander
 
@@ -61,19 +62,7 @@ class ClosedLoopJob:
 
     def deposit(self, extrusion: Extrusion, laid: float) -> Deposit:
         """Return the ink laid up to an arc length [m]."""
-        curve = self.job.commanded.curve
-        s = np.arange(0.0, curve.length + ARC_STEP_M, ARC_STEP_M)
-        bare = np.concatenate(([False], extrusion.width(s) == 0, [False])).astype(np.int8)
-        starts, ends = np.flatnonzero(np.diff(bare) == 1), np.flatnonzero(np.diff(bare) == -1) - 1
-        # Gaps extend by half a step to either side; a print that has not begun is one gap.
-        gaps = np.column_stack((s[starts] - ARC_STEP_M / 2, s[ends] + ARC_STEP_M / 2))
-
-        def profile(s: Array) -> Array:
-            s = np.asarray(s)
-            return np.maximum(extrusion.width(s.ravel()).reshape(s.shape), THINNEST_BEAD_M)
-
-        return replace(self.job.commanded, profile=profile, gaps=gaps, laid=laid,
-                       height_ratio=self.situation.behaviour.height_ratio)
+        return replace(laid_bead(self.job.commanded, extrusion, ARC_STEP_M), laid=laid)
 
     def nearest(self, tip: Array) -> float:
         """Return the arc length [m] of the path's point nearest to a tip (3,) [m] of the base."""

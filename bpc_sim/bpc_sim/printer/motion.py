@@ -40,11 +40,22 @@ class Travel:
 
 
 class Motion:
-    """Arc length and height of the nozzle over time, along a path with travel; its retractions."""
+    """Arc length and height of the nozzle over time, along a path with travel; its retractions.
 
-    def __init__(self, length: float, speed: float, travels: tuple[Travel, ...]) -> None:
+    From node to node all moves steadily.
+
+    Args:
+        nodes: (K, 4) time [s], arc length, height above the first stroke's, retraction [m].
+        strokes: (S, 2) times at which strokes begin and end [s].
+    """
+
+    def __init__(self, nodes: Array, strokes: Array) -> None:
+        self._time, self._arc, self._height, self._drawn = nodes.T
+        self._strokes = strokes
+
+    @classmethod
+    def with_travel(cls, length: float, speed: float, travels: tuple[Travel, ...]) -> Motion:
         """Plan the motion along a path of a length [m]; ``speed`` is that of its strokes [m/s]."""
-        # From node to node all moves steadily: time [s], arc length, height, retraction [m].
         nodes = [(0.0, 0.0, 0.0, 0.0)]
         strokes = []
 
@@ -65,8 +76,7 @@ class Motion:
             go((travel.end - travel.start) / travel.speed, travel.end, lifted, drawn)
             go(abs(lowered - lifted) / travel.lift_speed, travel.end, lowered, drawn)
             go(drawing, travel.end, lowered, 0.0)
-        self._time, self._arc, self._height, self._drawn = np.array(nodes).T
-        self._strokes = np.array(strokes)
+        return cls(np.array(nodes), np.array(strokes))
 
     @property
     def duration(self) -> float:
@@ -76,6 +86,10 @@ class Motion:
     def arc_length(self, t: Array) -> Array:
         """Return the arc length (...) at times (...) after the start of the path [m]."""
         return np.interp(t, self._time, self._arc)
+
+    def speed(self, t: Array) -> Array:
+        """Return the speed (...) along the path at times (...) [m/s]; 0 before and after it."""
+        return self._rate(self._arc, t)
 
     def height(self, t: Array) -> Array:
         """Return the height (...) above the first stroke's at times (...) [m]."""
@@ -90,11 +104,7 @@ class Motion:
 
         It is below 0 while it is drawn back.
         """
-        lasting = np.diff(self._time)
-        velocity = np.divide(-np.diff(self._drawn), lasting, out=np.zeros(len(lasting)),
-                             where=lasting > 0)
-        padded = np.concatenate(([0.0], velocity, [0.0]))
-        return padded[np.searchsorted(self._time, t, side='right')]
+        return self._rate(-self._drawn, t)
 
     def on_stroke(self, t: Array) -> NDArray[np.bool_]:
         """Tell whether the nozzle follows a stroke at times (...)."""
@@ -102,3 +112,10 @@ class Motion:
         within: NDArray[np.bool_] = (begun >= 0) & (
             np.asarray(t) < self._strokes[np.maximum(begun, 0), 1])
         return within
+
+    def _rate(self, values: Array, t: Array) -> Array:
+        """Return how fast values (K,) of the nodes change at times (...) [1/s]."""
+        lasting = np.diff(self._time)
+        rate = np.divide(np.diff(values), lasting, out=np.zeros(len(lasting)), where=lasting > 0)
+        padded = np.concatenate(([0.0], rate, [0.0]))
+        return padded[np.searchsorted(self._time, t, side='right')]

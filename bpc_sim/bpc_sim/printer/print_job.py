@@ -43,6 +43,10 @@ class PrintJob:
             when a bubble passes [m].
         speed: speed of the nozzle along the path [m/s].
         travels: ways between strokes, on which no ink is commanded, in the order of the path.
+        motion: along the path, where strokes have speeds of their own; None = by speed and
+            travels.
+        ink: what is laid, where it differs from the commanded print by more than its width and
+            faults, as ink that runs on; None = it does not.
         layers: (L, 2) intervals of arc length in which the layers are laid [m]; empty = one.
         filament: cross-section of the commanded filament over its width squared; a round one as
             wide as the bead is meant by default.
@@ -67,6 +71,8 @@ class PrintJob:
     faults: Array = field(default_factory=lambda: np.empty((0, 2)))
     speed: float = 3e-3
     travels: tuple[Travel, ...] = ()
+    motion: Motion | None = None
+    ink: Deposit | None = None
     layers: Array = field(default_factory=lambda: np.empty((0, 2)))
     filament: float = np.pi / 4
     surface: Surface = field(default_factory=Plane)
@@ -88,8 +94,8 @@ class PrintJob:
     @property
     def end_of_path(self) -> float:
         """Time at which the nozzle reaches the end of the path [s]."""
-        return self.dwell_before + (self._motion.duration if self.travels
-                                    else self.length / self.speed)
+        return self.dwell_before + (self.length / self.speed if self._motion is None
+                                    else self._motion.duration)
 
     @property
     def duration(self) -> float:
@@ -99,13 +105,14 @@ class PrintJob:
     @cached_property
     def deposit(self) -> Deposit:
         """Ink of the complete print, in the surface frame."""
-        return replace(self.commanded, profile=self.printed_width or self.commanded.profile,
-                       gaps=np.concatenate((self.commanded.gaps, self.faults)))
+        return self.ink or replace(
+            self.commanded, profile=self.printed_width or self.commanded.profile,
+            gaps=np.concatenate((self.commanded.gaps, self.faults)))
 
     def laid(self, t: Times) -> Array:
         """Return the arc length (...) that the nozzle has covered at times t (...) [m]."""
         since = np.asarray(t) - self.dwell_before
-        if self.travels:
+        if self._motion is not None:
             return self._motion.arc_length(since)
         return np.clip(since * self.speed, 0.0, self.length)
 
@@ -114,7 +121,7 @@ class PrintJob:
         s = self.laid(t)
         planar = self.commanded.curve.points(s.ravel()).reshape(*s.shape, 2)
         height = self.tip_height + self.lift * self._lifted(np.asarray(t))
-        if self.travels:
+        if self._motion is not None:
             height += self._motion.height(np.asarray(t) - self.dwell_before)
         points = self.surface.points(planar.reshape(-1, 2), height.ravel())
         return transform(self.T_base_surface, points.reshape(*s.shape, 3))
@@ -146,12 +153,13 @@ class PrintJob:
         s = self.laid(t)
         laying = (t >= self.dwell_before) & (t < self.end_of_path) & self.commanded.inked(s)
         retracting: Array | float = 0.0
-        if self.travels:
+        if self._motion is not None:
             since = t - self.dwell_before
             laying &= self._motion.on_stroke(since)
             retracting = self._motion.pushing(since) * PLUNGER_AREA_M2
+        speed = self.speed if self.motion is None else self.motion.speed(t - self.dwell_before)
         width = self.commanded.profile(s)
-        return np.where(laying, self.filament * width**2 * self.speed, retracting)
+        return np.where(laying, self.filament * width**2 * speed, retracting)
 
     def plunger_velocity(self, t: Times) -> Array:
         """Return the velocity (...) of the syringe's plunger at times t (...) [m/s]."""
@@ -165,7 +173,7 @@ class PrintJob:
         for start, end in self.commanded.runs:
             position += (np.interp(np.clip(s, start, end), nodes, moved)
                          - np.interp(start, nodes, moved))
-        if self.travels:
+        if self._motion is not None:
             position -= self._motion.retracted(np.asarray(t) - self.dwell_before)
         return position
 
@@ -199,8 +207,10 @@ class PrintJob:
             self.layers.tolist()) if start < laid or number == 0]
 
     @cached_property
-    def _motion(self) -> Motion:
-        return Motion(self.length, self.speed, self.travels)
+    def _motion(self) -> Motion | None:
+        if self.motion is None and self.travels:
+            return Motion.with_travel(self.length, self.speed, self.travels)
+        return self.motion
 
     @cached_property
     def _plunger_table(self) -> tuple[Array, Array]:

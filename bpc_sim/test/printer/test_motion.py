@@ -11,7 +11,7 @@ MM = 1e-3
 
 
 def test_strokes_and_travel_follow_each_other_in_time() -> None:
-    motion = Motion(50 * MM, 10 * MM, (
+    motion = Motion.with_travel(50 * MM, 10 * MM, (
         Travel(20 * MM, 30 * MM, hop=2 * MM, speed=100 * MM, lift_speed=20 * MM, pause=3.0,
                rise=0.5 * MM),))
     # 2 s of stroke, 0.1 s up, 3 s of pause, 0.1 s of way, 0.075 s down, 2 s of stroke.
@@ -37,7 +37,7 @@ def test_ink_lies_on_strokes_alone() -> None:
 
 
 def test_the_plunger_is_drawn_back_for_travel() -> None:
-    motion = Motion(50 * MM, 10 * MM, (
+    motion = Motion.with_travel(50 * MM, 10 * MM, (
         Travel(20 * MM, 30 * MM, hop=2 * MM, speed=100 * MM, lift_speed=20 * MM,
                retraction=0.1 * MM, retraction_speed=0.5 * MM),))
     # 2 s of stroke, 0.2 s back, 0.1 s up, 0.1 s of way, 0.1 s down, 0.2 s forth, 2 s of stroke.

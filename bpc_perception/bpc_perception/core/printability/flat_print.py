@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -74,6 +74,14 @@ class FlatPrint:
     def known(self) -> Flags:
         """Where (N,) the outline is measured or interpolated."""
         return self.outline <= Outline.INTERPOLATED
+
+    def where(self, kept: Flags) -> FlatPrint:
+        """Return the print with only these samples (N,)."""
+        return replace(
+            self, index=self.index[kept], stroke=self.stroke[kept], layer=self.layer[kept],
+            arc_length=self.arc_length[kept], points=self.points[kept], ahead=self.ahead[kept],
+            left=self.left[kept], right=self.right[kept], edges=self.edges[:, kept],
+            sigma=self.sigma[kept], outline=self.outline[kept])
 
     def sides(self, errors: Array | float = 0.0) -> tuple[Array, Array]:
         """Return the left and the right sides (N, 2) of the beads, smoothed [m].

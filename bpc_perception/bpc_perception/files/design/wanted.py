@@ -28,7 +28,7 @@ def wanted_design(config: DesignConfig, file: str | Path | None = None) -> Wante
     if not name:
         return None
     design = read_design(name, _commands(config.ink_on), _commands(config.ink_off))
-    return WantedDesign(name, design, _place(config.place) if config.place else None)
+    return WantedDesign(name, design, place_told(config.place) if config.place else None)
 
 
 def _commands(words: str) -> list[str]:
@@ -36,7 +36,7 @@ def _commands(words: str) -> list[str]:
     return [command.strip() for command in words.split(';') if command.strip()]
 
 
-def _place(words: str) -> Registration:
+def place_told(words: str) -> Registration:
     """Return where a design lies that is told as 'x,y,z,yaw' [mm, degrees]."""
     try:
         x, y, z, yaw = map(float, words.split(','))

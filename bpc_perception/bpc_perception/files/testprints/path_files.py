@@ -12,7 +12,7 @@ from bpc_perception.core.testprints.plan import StrokePlan, TestPrint
 from bpc_perception.core.testprints.setup import way_through
 
 MM = 1e-3
-HOP_M = 2e-3  # of the nozzle above the highest layer, on the way from stroke to stroke
+HOP_M = 6e-3  # of the nozzle above the highest layer, on the way from stroke to stroke
 TRAVEL_MM_S = 30.0
 # Digits behind the point: a micrometre, and shares of volume that add up to a stroke's.
 PLACE, VOLUME = 3, 6

@@ -87,7 +87,7 @@ def _rows(file: Path) -> list[Mapping[str, str]]:
     try:
         with file.open(encoding='utf-8-sig', newline='') as stream:
             reader = csv.DictReader(stream)
-            rows = list(reader)
+            rows: list[Mapping[str, str]] = list(reader)
             found = tuple(reader.fieldnames or ())
     except (OSError, csv.Error, UnicodeDecodeError) as error:
         raise ValueError(f'{file}: expected a readable stroke table, found: {error}'

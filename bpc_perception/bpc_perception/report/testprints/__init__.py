@@ -1,0 +1,1 @@
+"""Judgements of test prints as people and scripts read them."""
