@@ -30,6 +30,7 @@ from bpc_perception.report.result_folder import SUMMARY
 from bpc_perception.runtime.ros_arguments import remappings
 
 MOST_ROWS = 60  # of a table
+LEAST_HZ, LARGEST_HZ = 1.0, 10_000.0
 DIGITS = 4  # of a number whose uncertainty is not known
 
 
@@ -46,6 +47,9 @@ def judge(
         '--design-at', metavar='X,Y,Z,YAW', help="Where the bed's corner lies in the robot base "
         'frame [mm] and by how much it is turned about z [degrees]; else it is found from the '
         'path.')] = '',
+    state_rate: Annotated[float, typer.Option(
+        '--state-hz', metavar='HZ', help='How often the extruder tells its state: lags are right '
+        'by half of the time between.')] = 50.0,
     print_number: Annotated[int | None, typer.Option(
         '--print', min=1, metavar='N', help='The print of several that is meant, from 1.')] = None,
     hand_eye: HandEyeOption = None,
@@ -67,6 +71,9 @@ def judge(
         SWEEP_FILE,
     )
 
+    if not LEAST_HZ <= state_rate <= LARGEST_HZ:
+        raise ValueError(f'--state-hz: expected {LEAST_HZ:g} to {LARGEST_HZ:g} Hz, found '
+                         f'{state_rate:g}; it is the rate of extrusion_state')
     test = read_test_print(strokes)
     told = place_told(place) if place else None
     if out is not None:
@@ -77,7 +84,7 @@ def judge(
         found = measure_print(inputs.load(source, hand_eye, parameters, remappings(remap)),
                               print_number, terminal)
     try:
-        judgement = judge_print(test, found.profile, told, found.cloud)
+        judgement = judge_print(test, found.profile, told, found.cloud, 1 / state_rate)
     except ValueError as error:
         raise ValueError(f'{source}: {error}') from error
     show(terminal, judgement)

@@ -9,7 +9,7 @@ import numpy as np
 from bpc_perception.core.amounts import lengths
 from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.printability.flat_print import FlatPrint, lay_flat, Outline
-from bpc_perception.core.printability.fusion import fusion_metrics
+from bpc_perception.core.printability.fusion import FARTHEST, fusion_metrics
 from bpc_perception.core.printability.turns import NARROWEST, WIDEST
 from bpc_perception.core.printability.uncertainty import sigma_of_mean
 from bpc_perception.core.profile import Status
@@ -54,6 +54,9 @@ def _share(flat: FlatPrint, fused: float, sigma: float, distance: float, pair: i
     length = float(step.sum()) / 2
     if len(np.unique(flat.stroke)) != 2:
         note = 'the pair is not printed'
+    elif distance > FARTHEST * flat.width:  # no neighbours: nothing is fused
+        return Finding(of, distance, 'm', name, 0.0, flat.spacing / length, '',
+                       len(flat.stroke))
     elif np.isnan(fused):
         note = 'too little of it is seen beside the other'
     elif (fused > 0 and distance > flat.width

@@ -12,6 +12,7 @@ from bpc_perception.core.design.registration import register, Registration
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.testprints.finding import Finding
 from bpc_perception.core.testprints.flat_judge import judge_fusion, judge_turns
+from bpc_perception.core.testprints.lag import STATE_PERIOD_S
 from bpc_perception.core.testprints.matching import match
 from bpc_perception.core.testprints.plan import TestPrint
 from bpc_perception.core.testprints.stacked_judge import (
@@ -38,7 +39,7 @@ class Judgement:
 
 
 def judge(test: TestPrint, profile: ThicknessProfile, place: Registration | None = None,
-          cloud: Array | None = None) -> Judgement:
+          cloud: Array | None = None, period: float = STATE_PERIOD_S) -> Judgement:
     """Return what a test print tells.
 
     Args:
@@ -46,6 +47,7 @@ def judge(test: TestPrint, profile: ThicknessProfile, place: Registration | None
         profile: of its recording.
         place: where its design lies; None = it is found by the path.
         cloud: (M, 3) points of the last capture in the base frame [m]; None = not at hand.
+        period: time between states of the extruder [s].
 
     Raises:
         DesignError: where the test print lies is not found; the message says why.
@@ -57,7 +59,7 @@ def judge(test: TestPrint, profile: ThicknessProfile, place: Registration | None
     missing = sorted(set(range(len(test.plans))) - set(np.unique(matched.stroke).tolist()))
     numbers = [index + 1 for index in missing]
     if test.name == 'lines':
-        sweep = judge_sweep(matched)
+        sweep = judge_sweep(matched, period)
         return Judgement(sweep.findings, numbers, sweep)
     if test.name == 'line-over-lines':
         return Judgement(judge_line_over_lines(matched, cloud), numbers)

@@ -7,6 +7,9 @@ was when the extruder began and ended to push, is in the path. What is told of o
 
 since the ink's end is round, and its edge lies somewhere below the nozzle: always about as far
 away. Lines of several speeds tell both.
+
+What the extruder is told is in its states, of which the first that differs counts: it was told
+half a period before, more or less.
 """
 
 from __future__ import annotations
@@ -17,12 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bpc_perception.core.arrays import Array, Index
-from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.profile import Cause, Status, ThicknessProfile
 from bpc_perception.core.testprints.matching import MatchedPrint
 
 INK = (Status.MEASURED, Status.JUNCTION)  # on a stroke
 UNSEEN = (Status.NO_DATA, Status.OCCLUDED)
-STATE_PERIOD_S = 0.02  # between states of the extruder, half of which a switch may be off
+STATE_PERIOD_S = 0.02  # between states of the extruder, usually
 HOLE = 3.0  # spacings, beyond which samples do not follow each other
 LEAST_LINES = 3
 LEAST_SPEED_RATIO = 1.3  # of the fastest to the slowest line, that tells lag from distance
@@ -68,20 +71,23 @@ class Lag:
     note: str = ''
 
 
-def start_delay(matched: MatchedPrint, index: int) -> Delay:
-    """Return how much later ink came on a planned stroke than the extruder was told."""
-    return _delay(matched, index, 1)
+def start_delay(matched: MatchedPrint, index: int, period: float = STATE_PERIOD_S) -> Delay:
+    """Return how much later ink came on a planned stroke than the extruder was told.
+
+    ``period`` is the time between states of the extruder [s].
+    """
+    return _delay(matched, index, 1, period)
 
 
-def stop_delay(matched: MatchedPrint, index: int) -> Delay:
+def stop_delay(matched: MatchedPrint, index: int, period: float = STATE_PERIOD_S) -> Delay:
     """Return how much later ink ended on a planned stroke than the extruder was told."""
-    return _delay(matched, index, -1)
+    return _delay(matched, index, -1, period)
 
 
-def _delay(matched: MatchedPrint, index: int, way: int) -> Delay:
+def _delay(matched: MatchedPrint, index: int, way: int, period: float) -> Delay:
     """Return the delay of start (way 1) or stop (way -1) of a planned stroke.
 
-    Samples are looked at from the middle of the stroke outwards.
+    Samples are looked at from the inner end of the stroke outwards.
     """
     profile, plan = matched.profile, matched.test.plans[index]
     own = np.flatnonzero(matched.on(index))
@@ -98,7 +104,9 @@ def _delay(matched: MatchedPrint, index: int, way: int) -> Delay:
     line = np.concatenate((np.arange(inner, outer - way, -way), beyond))
     status = profile.status[line]
     on_stroke = profile.stroke[line] > 0
-    inked = np.where(on_stroke, np.isin(status, INK), status == Status.OOZE)
+    # Ink of which travel alone does not tell whose it is, is this line's: so it runs on.
+    ooze = (status == Status.OOZE) | (profile.cause[line] == Cause.OVER_STROKE)
+    inked = np.where(on_stroke, np.isin(status, INK), ooze)
     bare = np.where(on_stroke, status == Status.GAP, status == Status.BARE)
     if not inked.any():
         return Delay.unknown('no ink is seen on it')
@@ -108,11 +116,13 @@ def _delay(matched: MatchedPrint, index: int, way: int) -> Delay:
         return Delay.unknown('ink is seen to the end of the way ' + (
             'before it' if way == 1 else 'behind it'))
     first = last + int(after[0])
-    if np.isin(status[last:first], UNSEEN).any():
-        return Delay.unknown('where ink ends is not seen')
+    if np.isin(status[last + 1:first], UNSEEN).any():
+        return Delay.unknown('where ink begins is not seen' if way == 1 else
+                             'where ink ends is not seen')
     edge, edge_sigma = _between(profile, line[last], line[first])
     switch, switch_sigma = _between(profile, told, outer)
-    return Delay(edge - switch, float(np.hypot(edge_sigma, switch_sigma)))
+    switch_sigma = float(np.hypot(switch_sigma, period / np.sqrt(12)))
+    return Delay(edge - switch + period / 2, float(np.hypot(edge_sigma, switch_sigma)))
 
 
 def _beyond(profile: ThicknessProfile, outer: int, way: int, length: float) -> Index:
@@ -131,8 +141,7 @@ def _beyond(profile: ThicknessProfile, outer: int, way: int, length: float) -> I
 def _between(profile: ThicknessProfile, one: int, other: int) -> tuple[float, float]:
     """Return the time half-way between two samples, and how unsure it is [s]."""
     times = profile.time[[one, other]]
-    apart = max(abs(float(times[1] - times[0])), STATE_PERIOD_S if abs(one - other) <= 1 else 0.0)
-    return float(times.mean()), apart / np.sqrt(12)
+    return float(times.mean()), float(np.ptp(times)) / np.sqrt(12)
 
 
 def lag_of(delays: Sequence[Delay], speeds: Array, width: float) -> Lag:

@@ -11,7 +11,14 @@ from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.printability.uncertainty import OF_STROKE, sigma_of_mean
 from bpc_perception.core.profile import Status
 from bpc_perception.core.testprints.finding import Finding
-from bpc_perception.core.testprints.lag import Delay, Lag, lag_of, start_delay, stop_delay
+from bpc_perception.core.testprints.lag import (
+    Delay,
+    Lag,
+    lag_of,
+    start_delay,
+    STATE_PERIOD_S,
+    stop_delay,
+)
 from bpc_perception.core.testprints.matching import MatchedPrint
 from bpc_perception.core.testprints.plan import Part, StrokePlan
 
@@ -71,10 +78,10 @@ class SweepResult:
         return [*found, self.drift]
 
 
-def judge_sweep(matched: MatchedPrint) -> SweepResult:
-    """Return what a sweep of lines tells."""
+def judge_sweep(matched: MatchedPrint, period: float = STATE_PERIOD_S) -> SweepResult:
+    """Return what a sweep of lines tells; ``period`` is that of the extruder's states [s]."""
     chosen = matched.test.numbers(Part.LINE, Part.REPEAT)
-    results = tuple(_line(matched, index) for index in chosen)
+    results = tuple(_line(matched, index, period) for index in chosen)
     speeds = np.array([result.plan.speed for result in results])
     widths = np.array([result.width for result in results])
     width = float(np.nanmedian(widths)) if np.isfinite(widths).any() else np.nan
@@ -83,7 +90,7 @@ def judge_sweep(matched: MatchedPrint) -> SweepResult:
                        _drift(results))
 
 
-def _line(matched: MatchedPrint, index: int) -> LineResult:
+def _line(matched: MatchedPrint, index: int, period: float) -> LineResult:
     """Return what one line tells."""
     profile, middle = matched.profile, matched.judged(index)
     measured = middle & (profile.status == Status.MEASURED)
@@ -103,7 +110,7 @@ def _line(matched: MatchedPrint, index: int) -> LineResult:
             area, area_sigma = _mean_area(profile.area[told], profile.area_sigma[told], length)
     return LineResult(index + 1, matched.test.plans[index], width, width_sigma, height,
                       height_sigma, area, area_sigma, int(measured.sum()),
-                      start_delay(matched, index), stop_delay(matched, index), note)
+                      start_delay(matched, index, period), stop_delay(matched, index, period), note)
 
 
 def _mean_area(area: Array, sigma: Array, length: float) -> tuple[float, float]:
