@@ -25,17 +25,17 @@ class Ink:
     """How an ink prints.
 
     Attributes:
-        width: of the bead of a stroke [m].
+        width: of the bead, of each stroke or of all [m].
         start_lag, stop_lag: of the extruder [s].
         height: of the bead over its width.
         torn: part of a stroke's length, from its middle on, where it is bare.
     """
 
-    width: Callable[[StrokePlan], float]
+    width: Callable[[StrokePlan], float] | float
     start_lag: float = 0.0
     stop_lag: float = 0.0
     height: float = 0.5
-    torn: Callable[[StrokePlan], float] = lambda plan: 0.0
+    torn: float = 0.0
 
 
 def printed(test: TestPrint, ink: Ink, T_base_design: Array | None = None,
@@ -59,18 +59,18 @@ def printed(test: TestPrint, ink: Ink, T_base_design: Array | None = None,
         inked = ((along > plan.speed * ink.start_lag)
                  & (along < stroke.length + plan.speed * ink.stop_lag))
         inked &= ~((along > stroke.length / 2)
-                   & (along < stroke.length * (0.5 + ink.torn(plan))))
+                   & (along < stroke.length * (0.5 + ink.torn)))
         status = np.where(on, np.where(inked, Status.MEASURED, Status.GAP),
                           np.where(inked, Status.OOZE, Status.BARE))
+        width = ink.width(plan) if callable(ink.width) else ink.width
         rows.append(np.stack((begins + s / plan.speed, arc_begins + s, number * on, status,
-                              np.full(len(s), ink.width(plan)),
-                              np.full(len(s), stroke.layer)), axis=1))
+                              np.full(len(s), width), np.full(len(s), stroke.layer)), axis=1))
         points.append(np.stack([np.interp(s, arcs, axis) for axis in way.T], axis=1))
         begins, arc_begins = rows[-1][-1, 0] + 1.0, rows[-1][-1, 1] + 0.02
-    time, arc, number_of, status, width, layer = np.concatenate(rows).T
+    time, arc, number_of, status, widths, layer = np.concatenate(rows).T
     place = np.concatenate(points)
     place = place if T_base_design is None else transform(T_base_design, place)
-    return _profile(time, arc, place, number_of.astype(np.intp), status.astype(np.uint8), width,
+    return _profile(time, arc, place, number_of.astype(np.intp), status.astype(np.uint8), widths,
                     layer.astype(np.intp), ink.height)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.design.design import Design, DesignError
+from bpc_perception.core.geometry import transform
 from bpc_perception.core.testprints.plan import Part, StrokePlan
 from bpc_perception.core.testprints.setup import round_width, way_through
 from bpc_sim.ink.curves import polyline
@@ -18,13 +19,21 @@ from bpc_sim.ink.laid_bead import laid_bead
 from bpc_sim.printer.layers import Strands
 from bpc_sim.printer.motion import Motion
 from bpc_sim.printer.print_job import PrintJob
-from bpc_sim.printer.scenarios import bed_pose, CAMERA_DISTANCE_M, camera_view
-from bpc_sim.scene.camera import M70_FOCAL_LENGTH_PX, M70_HEIGHT_PX, M70_WIDTH_PX, View
+from bpc_sim.printer.scenarios import bed_pose, CAMERA_DISTANCE_M
+from bpc_sim.scene.camera import (
+    look_at,
+    M70_FOCAL_LENGTH_PX,
+    M70_HEIGHT_PX,
+    M70_WIDTH_PX,
+    View,
+    zivid_m70,
+)
 
 HOP_M, TRAVEL_M_S, LIFT_M_S = 6e-3, 0.05, 0.025
 STEP_S, STEP_M = 2e-3, 2e-5  # of the extruder's lag, and of where beads begin and end
 AROUND_M = 12e-3  # the print, that the camera sees: its view leans
 LEAST_WIDTH_PX, LEAST_HEIGHT_PX = 304, 228
+TURN_RAD = np.radians(10.0)  # of the camera about the bed's normal
 TILT_RAD = np.radians(15.0)  # at which both edges of steep beads are seen, up to the borders
 
 
@@ -143,10 +152,20 @@ def _layers(design: Design, strokes: Array, length: float) -> Array:
 
 
 def _view(extent: Array) -> View:
-    """Return a camera that sees a print of this size along x and y [m]."""
-    pixels = np.ceil((extent + AROUND_M) * M70_FOCAL_LENGTH_PX / CAMERA_DISTANCE_M).astype(int)
-    return camera_view(int(np.clip(pixels[0], LEAST_WIDTH_PX, M70_WIDTH_PX)),
-                       int(np.clip(pixels[1], LEAST_HEIGHT_PX, M70_HEIGHT_PX)), tilt=TILT_RAD)
+    """Return a camera that sees a print of this size along x and y [m].
+
+    It is turned, so that no line runs along the rows of pixels.
+    """
+    cos, sin = np.cos(TURN_RAD), np.sin(TURN_RAD)
+    seen = np.array(((cos, sin), (sin, cos))) @ extent + AROUND_M
+    width, height = np.ceil(seen * M70_FOCAL_LENGTH_PX / CAMERA_DISTANCE_M).astype(int).tolist()
+    bed = bed_pose()
+    eye = CAMERA_DISTANCE_M * np.array((
+        np.sin(TILT_RAD) * sin, -np.sin(TILT_RAD) * cos, np.cos(TILT_RAD)))
+    camera = zivid_m70(int(np.clip(width, LEAST_WIDTH_PX, M70_WIDTH_PX)),
+                       int(np.clip(height, LEAST_HEIGHT_PX, M70_HEIGHT_PX)))
+    return View(camera, look_at(transform(bed, eye), bed[:3, 3],
+                                bed[:3, :3] @ np.array((cos, sin, 0.0))))
 
 
 def _laid(job: PrintJob, behaviour: ExtruderBehaviour) -> Deposit:

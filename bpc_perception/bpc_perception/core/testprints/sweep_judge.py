@@ -110,7 +110,8 @@ def _line(matched: MatchedPrint, index: int, period: float) -> LineResult:
             area, area_sigma = _mean_area(profile.area[told], profile.area_sigma[told], length)
     return LineResult(index + 1, matched.test.plans[index], width, width_sigma, height,
                       height_sigma, area, area_sigma, int(measured.sum()),
-                      start_delay(matched, index, period), stop_delay(matched, index, period), note)
+                      start_delay(matched, index, period), stop_delay(matched, index, period),
+                      note)
 
 
 def _mean_area(area: Array, sigma: Array, length: float) -> tuple[float, float]:

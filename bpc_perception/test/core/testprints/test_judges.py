@@ -85,7 +85,7 @@ def test_the_start_of_a_line_does_not_count() -> None:
 
 @pytest.mark.parametrize(('share', 'width'), [(0.02, True), (0.3, False)])
 def test_a_torn_line_has_no_width(share: float, width: bool) -> None:
-    sweep = judge(SWEEP, printed(SWEEP, spreading(1.3, torn=lambda plan: share)), PLACE).sweep
+    sweep = judge(SWEEP, printed(SWEEP, spreading(1.3, torn=share)), PLACE).sweep
     assert sweep is not None
     assert {np.isfinite(result.width) for result in sweep.lines} == {width}
     assert {'torn' in result.note for result in sweep.lines} == {not width}
@@ -186,7 +186,7 @@ def test_drift_is_told_by_the_line_that_is_repeated() -> None:
 @pytest.mark.parametrize('width', [0.7, 0.9, 1.1])
 def test_strands_fuse_as_far_apart_as_they_are_wide(width: float) -> None:
     test = fusion(SETUP, [0.4 * MM, 0.6 * MM, 0.8 * MM, 1.0 * MM, 1.2 * MM, 1.4 * MM])
-    found = judge(test, printed(test, Ink(lambda plan: width * MM)), PLACE).findings[0]
+    found = judge(test, printed(test, Ink(width * MM)), PLACE).findings[0]
     assert found.quantity == 'fusing_distance'
     assert found.value == pytest.approx(width * MM, abs=0.1 * MM + 1e-9)
     assert found.sigma == pytest.approx(0.2 * MM / np.sqrt(12))
@@ -195,14 +195,14 @@ def test_strands_fuse_as_far_apart_as_they_are_wide(width: float) -> None:
 @pytest.mark.parametrize(('width', 'note'), [(0.1, 'all are apart'), (3.0, 'all are fused')])
 def test_distances_that_do_not_enclose_it(width: float, note: str) -> None:
     test = fusion(SETUP, [0.8 * MM, 1.0 * MM])
-    found = judge(test, printed(test, Ink(lambda plan: width * MM)), PLACE).findings[0]
+    found = judge(test, printed(test, Ink(width * MM)), PLACE).findings[0]
     assert np.isnan(found.value)
     assert note in found.note
 
 
 def test_a_turn_that_swells() -> None:
     test = turns(SETUP)
-    profile = printed(test, Ink(lambda plan: 0.5 * MM))
+    profile = printed(test, Ink(0.5 * MM))
     index = test.numbers(Part.TURN)[1]
     own = np.flatnonzero(profile.stroke == index + 1)
     arc = profile.arc_length[own] - profile.arc_length[own[0]]
@@ -219,7 +219,7 @@ def test_a_turn_that_swells() -> None:
 
 def test_a_turn_whose_apex_is_not_measured_has_no_width() -> None:
     test = turns(SETUP)
-    profile = printed(test, Ink(lambda plan: 0.5 * MM))
+    profile = printed(test, Ink(0.5 * MM))
     own = profile.stroke == test.numbers(Part.TURN)[0] + 1
     status = np.where(own, Status.JUNCTION, profile.status).astype(np.uint8)
     judgement = judge(test, replace(profile, status=status), PLACE)
@@ -230,7 +230,7 @@ def test_a_turn_whose_apex_is_not_measured_has_no_width() -> None:
 
 def test_the_pores_of_a_lattice() -> None:
     test = lattice(SETUP, 3, 2 * MM)
-    found = of_print(judge(test, printed(test, Ink(lambda plan: 0.8 * MM), spacing=0.1 * MM),
+    found = of_print(judge(test, printed(test, Ink(0.8 * MM), spacing=0.1 * MM),
                            PLACE))
     assert found['pore_area'] == pytest.approx(1.2**2 * MM**2, rel=0.01)
     assert found['pore_printability'] == pytest.approx(1, abs=0.01)
@@ -240,7 +240,7 @@ def test_the_pores_of_a_lattice() -> None:
 
 def test_how_far_a_line_sags() -> None:
     test = line_over_lines(SETUP, [4 * MM, 6 * MM])
-    profile = printed(test, Ink(lambda plan: 0.6 * MM))
+    profile = printed(test, Ink(0.6 * MM))
     (span,) = (test.design.strokes[index] for index in test.numbers(Part.SPAN))
     supports = [float(test.design.strokes[index].points[0, 0])
                 for index in test.numbers(Part.SUPPORT)]
@@ -263,7 +263,7 @@ def test_how_far_a_line_sags() -> None:
 
 def test_without_a_cloud_sag_is_not_told() -> None:
     test = line_over_lines(SETUP)
-    judgement = judge(test, printed(test, Ink(lambda plan: 0.6 * MM)), PLACE)
+    judgement = judge(test, printed(test, Ink(0.6 * MM)), PLACE)
     assert np.isnan(judgement.findings[0].value)
     assert 'name the recording' in judgement.findings[0].note
     widths = {finding.of: finding.value for finding in judgement.findings
@@ -274,7 +274,7 @@ def test_without_a_cloud_sag_is_not_told() -> None:
 
 def test_the_layers_of_a_wall() -> None:
     test = wall(SETUP, 4)
-    judgement = judge(test, printed(test, Ink(lambda plan: 0.8 * MM, height=0.4)), PLACE)
+    judgement = judge(test, printed(test, Ink(0.8 * MM, height=0.4)), PLACE)
     layers = [finding for finding in judgement.findings if finding.quantity == 'layer_height']
     assert [finding.of for finding in layers] == [f'layer {number}' for number in (1, 2, 3, 4)]
     assert [finding.value for finding in layers] == [pytest.approx(0.32 * MM)] * 4
@@ -287,7 +287,7 @@ def test_the_layers_of_a_wall() -> None:
 
 def test_a_wall_of_which_a_layer_is_not_seen() -> None:
     test = wall(SETUP, 4)
-    profile = printed(test, Ink(lambda plan: 0.8 * MM))
+    profile = printed(test, Ink(0.8 * MM))
     hidden = replace(profile, height=np.where(profile.stroke == 3, np.nan, profile.height))
     height = judge(test, hidden, PLACE).findings[0]
     assert np.isnan(height.value)

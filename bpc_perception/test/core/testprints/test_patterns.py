@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -71,8 +72,7 @@ def test_neighbours_differ_by_one_step() -> None:
     test = lines(SETUP, flows, speeds)
     steps = [(flows.index(plan.flow), speeds.index(plan.speed))
              for plan in (test.plans[index] for index in test.numbers(Part.LINE))]
-    assert {abs(a - c) + abs(b - d) for (a, b), (c, d) in zip(
-        steps, steps[1:], strict=False)} == {1}
+    assert {abs(a - c) + abs(b - d) for (a, b), (c, d) in pairwise(steps)} == {1}
 
 
 def test_the_middle_comes_before_and_after_all() -> None:
@@ -151,7 +151,7 @@ def test_a_wall_goes_to_and_fro() -> None:
     test = wall(SETUP, 3)
     strokes = [test.design.strokes[index] for index in test.numbers(Part.WALL)]
     assert [stroke.layer for stroke in strokes] == [0, 1, 2]
-    for one, two in zip(strokes, strokes[1:], strict=False):
+    for one, two in pairwise(strokes):
         assert two.points[0, :2] == pytest.approx(one.points[1, :2])
         assert two.points[0, 2] - one.points[1, 2] == pytest.approx(SETUP.height, abs=1e-6)
 
