@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from testprint_builders import Ink, printed
 from bpc_perception.cli.app import command_line
 from bpc_perception.files.testprints.stroke_table import read_test_print
 from bpc_perception.report.profile_table import profile_csv
+from bpc_perception.report.testprints.rows import SWEEP_COLUMNS
 
 FOR = '--nozzle-mm', '1', '--bed-mm', '100,100'
 
@@ -65,6 +67,27 @@ def test_a_result_is_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert row.split(',')[3:5] == ['fusing_distance', '1.2']  # between 1 and 1.4
     with pytest.raises(ValueError, match=r'expected no findings\.csv there'):
         run('judge', result, '--strokes', tmp_path / 'fusion_strokes.csv', '--out', result)
+
+
+def test_scripts_are_told_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run('lines', '--out', tmp_path, *FOR, '--flows-mm3-s', '4', '--speeds-mm-s', '6,12')
+    test = read_test_print(tmp_path / 'lines_strokes.csv')
+    (tmp_path / 'profile.csv').write_text(profile_csv(
+        printed(test, Ink(1.2e-3, start_lag=0.2, stop_lag=9.0), spacing=2e-4)))
+    (tmp_path / 'summary.json').write_text('{}')
+    capsys.readouterr()
+    run('judge', tmp_path, '--strokes', tmp_path / 'lines_strokes.csv', '--design-at', '0,0,0,0',
+        '--json')
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    lines = [event for event in events if event['event'] == 'line']
+    assert len(lines) == 4
+    for line in lines:
+        assert tuple(line)[1:] == SWEEP_COLUMNS
+        assert line['width_mm'] == pytest.approx(1.2)
+        assert line['start_lag_s'] == pytest.approx(0.2, abs=0.04)
+        assert line['stop_lag_s'] is None
+    notes = {event['note'] for event in events if event.get('quantity') == 'stop_lag'}
+    assert notes == {'ink is seen to the end of the way behind it'}
 
 
 def test_a_stroke_that_is_not_there_is_warned_of(tmp_path: Path,

@@ -147,7 +147,7 @@ def test_options_named_beside_a_command_exist(page: Path) -> None:
         words = re.findall(r'[a-z-]+', cells[0].replace('./bpc', ''))
         name = next((each for each in (' '.join(words[:2]), *words[:1]) if each in known), '')
         found |= {name} - {''}
-        for option in re.findall(r'`(--[a-z-]+)', ' '.join(cells)) if name else ():
+        for option in re.findall(r'`(--[a-z\d-]+)', ' '.join(cells)) if name else ():
             assert option in known[name], (name, option)
     assert found == set(known)
 

@@ -26,14 +26,16 @@ NozzleOption = Annotated[float, typer.Option(
 BedOption = Annotated[str, typer.Option(
     '--bed-mm', metavar='X,Y', help='Size of the bed; the path lies in its middle.')]
 HeightOption = Annotated[float, typer.Option(
-    '--layer-height-mm', metavar='MM', help='Height of the nozzle above what it lays ink on; 0.8 '
-    'of the nozzle unless given.')]
+    '--layer-height-mm', metavar='MM', show_default=False,
+    help='Height of the nozzle above what it lays ink on; 0.8 of the nozzle unless given.')]
 SpeedOption = Annotated[float, typer.Option(
-    '--speed-mm-s', metavar='MM_S', help='Of the nozzle; 8 of its diameters a second unless '
-    'given. The flow is that of a filament as wide as the nozzle.')]
+    '--speed-mm-s', metavar='MM_S', show_default=False,
+    help='Of the nozzle; 8 of its diameters a second unless given. The flow is that of a filament '
+    'as wide as the nozzle.')]
 PlungerOption = Annotated[float, typer.Option(
-    '--plunger-mm', metavar='MM', help='Inner diameter of the syringe: E is then the way of its '
-    'plunger [mm]; else it is the volume of ink [mm3].')]
+    '--plunger-mm', metavar='MM', show_default=False,
+    help='Inner diameter of the syringe: E is then the way of its plunger [mm]; else it is the '
+    'volume of ink [mm3].')]
 FlowsOption = Annotated[str, typer.Option(
     '--flows-mm3-s', metavar='Q,Q,...', help='Flows of the sweep; four around that of a filament '
     'as wide as the nozzle unless given.')]
@@ -41,7 +43,8 @@ SpeedsOption = Annotated[str, typer.Option(
     '--speeds-mm-s', metavar='V,V,...', help='Speeds of the sweep; four around 8 nozzle '
     'diameters a second unless given.')]
 LengthOption = Annotated[float, typer.Option(
-    '--length-mm', metavar='MM', help='Length of a line; as short as can be judged unless given.')]
+    '--length-mm', metavar='MM', show_default=False,
+    help='Length of a line; as short as can be judged unless given.')]
 
 
 def lines(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOption = math.nan,
@@ -89,8 +92,8 @@ def lattice(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: Height
             strands: Annotated[int, typer.Option(
                 '--strands', metavar='N', help='In each layer.')] = stacked.STRANDS,
             pitch: Annotated[float, typer.Option(
-                '--pitch-mm', metavar='MM', help='From strand to strand; 4 nozzle diameters '
-                'unless given.')] = math.nan,
+                '--pitch-mm', metavar='MM', show_default=False,
+                help='From strand to strand; 4 nozzle diameters unless given.')] = math.nan,
             plunger: PlungerOption = math.nan, quiet: QuietOption = False,
             json_lines: JsonOption = False) -> None:
     """Two layers of crossed strands: pores."""
@@ -117,8 +120,8 @@ def wall(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOpt
          layers: Annotated[int, typer.Option(
              '--layers', metavar='N', help='On top of each other.')] = stacked.LAYERS,
          length: Annotated[float, typer.Option(
-             '--length-mm', metavar='MM', help='Of the wall; 20 nozzle diameters, and 20 mm at '
-             'least, unless given.')] = math.nan,
+             '--length-mm', metavar='MM', show_default=False,
+             help='Of the wall; 20 nozzle diameters, 20 mm at least, unless given.')] = math.nan,
          plunger: PlungerOption = math.nan, quiet: QuietOption = False,
          json_lines: JsonOption = False) -> None:
     """Strokes on top of each other, after the draft ASTM WK72274: heights of layers."""
