@@ -60,9 +60,7 @@ def judge(
 ) -> None:
     """Judge a test print by its result or its recording."""
     terminal = Terminal(quiet, json_lines)
-    if find_spec('shapely') is None:
-        raise ValueError('testprint: expected the package shapely, found none; install it, as '
-                         'with pip')
+    check_options(state_rate)
     # Imported late: shapely is an extra.
     from bpc_perception.core.testprints.judge import judge as judge_print
     from bpc_perception.report.testprints.rows import (
@@ -71,9 +69,6 @@ def judge(
         SWEEP_FILE,
     )
 
-    if not LEAST_HZ <= state_rate <= LARGEST_HZ:
-        raise ValueError(f'--state-hz: expected {LEAST_HZ:g} to {LARGEST_HZ:g} Hz, found '
-                         f'{state_rate:g}; it is the rate of extrusion_state')
     test = read_test_print(strokes)
     told = place_told(place) if place else None
     if out is not None:
@@ -92,6 +87,16 @@ def judge(
         files = judgement_files(judgement)
         write_new(out, files)
         terminal.files([out / name for name in files])
+
+
+def check_options(state_rate: float) -> None:
+    """Raise ValueError if the rate of states [Hz] is none, or a package is missing."""
+    if not LEAST_HZ <= state_rate <= LARGEST_HZ:
+        raise ValueError(f'--state-hz: expected {LEAST_HZ:g} to {LARGEST_HZ:g} Hz, found '
+                         f'{state_rate:g}; it is the rate of extrusion_state')
+    if find_spec('shapely') is None:
+        raise ValueError('testprint: expected the package shapely, found none; install it, as '
+                         'with pip')
 
 
 def show(terminal: Terminal, judgement: Any) -> None:

@@ -93,14 +93,14 @@ def _delay(matched: MatchedPrint, index: int, way: int, period: float) -> Delay:
     own = np.flatnonzero(matched.on(index))
     if not len(own):
         return Delay.unknown('the line is not printed')
-    if not profile.extruder_known[own].all():
-        return Delay.unknown('when the extruder was told is not recorded')
     inner, outer = (own[-1], own[0]) if way == 1 else (own[0], own[-1])
     told = outer - way  # the neighbour on travel: between both the extruder switched
     beyond = _beyond(profile, outer, way, plan.lead_in if way == 1 else plan.run_out)
     if not len(beyond):
         return Delay.unknown('no way without ink is seen '
                              + ('before it' if way == 1 else 'behind it'))
+    if not profile.extruder_known[[outer, told]].all():
+        return Delay.unknown('when the extruder was told is not recorded')
     line = np.concatenate((np.arange(inner, outer - way, -way), beyond))
     status = profile.status[line]
     on_stroke = profile.stroke[line] > 0
