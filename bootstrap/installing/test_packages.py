@@ -71,6 +71,7 @@ def test_every_package_is_installed_at_first_or_is_of_an_extra(path: Path) -> No
         (['live', '--page'], {'page'}),
         (['batch', 'bags', '--figures'], {'batch', 'figures'}),
         (['printability', 'results', '--figures'], {'printability', 'figures'}),
+        (['testprint', 'lines'], {'printability'}),
         (['test'], set(extras.EXTRAS)),
         (['env'], set(extras.EXTRAS)),
     ],

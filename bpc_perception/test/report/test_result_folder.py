@@ -19,7 +19,7 @@ def leave_result(folder: Path, bag: object) -> None:
 
 def test_nothing_of_an_earlier_result_stays_beside_a_new_one(tmp_path: Path) -> None:
     for name in ('figures/map.svg', 'capture_0003/profile.csv', 'print_2/report.html',
-                 'report.html', 'mine/notes.txt'):
+                 'report.html', 'sweep.csv', 'findings.csv', 'mine/notes.txt'):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     leave_result(tmp_path, 'print')

@@ -36,7 +36,9 @@ def judge_fusion(matched: MatchedPrint) -> list[Finding]:
         distance = matched.test.plans[members[-1]].distance
         part = flat.where(own)
         metrics = fusion_metrics(part, junction[own], nozzle)
-        found += [Finding.of_metric(metric, f'pair {pair}', distance, 'm') for metric in metrics[1:]]
+        # The first is the distance, which is planned.
+        found += [Finding.of_metric(metric, f'pair {pair}', distance, 'm')
+                  for metric in metrics[1:]]
         share = _share(part, metrics[1].value, metrics[1].sigma, distance, pair)
         found.append(share)
         shares.append(share)

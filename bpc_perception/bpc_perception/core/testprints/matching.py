@@ -22,14 +22,12 @@ class MatchedPrint:
         profile: as it was measured.
         stroke: (N,) index of the planned stroke that each sample is of; -1 = of none, or travel.
         along: (N,) arc length from the start of that stroke [m]; NaN = of none.
-        up: (3,) of the bed, in the base frame.
     """
 
     test: TestPrint
     profile: ThicknessProfile
     stroke: Index
     along: Array
-    up: Array
 
     def on(self, index: int) -> Flags:
         """Return which samples (N,) are of a planned stroke."""
@@ -51,19 +49,17 @@ def match(test: TestPrint, profile: ThicknessProfile, place: Registration) -> Ma
 
     A recorded stroke is of that planned one which most of its samples lie on.
     """
-    pieces, up = placed(test.design, place.T_base_design)
+    pieces, _ = placed(test.design, place.T_base_design)
     near = path_pieces(profile.points, profile.stroke, pieces)
     stroke = np.full(len(profile), -1)
     along = np.full(len(profile), np.nan)
     for number in np.unique(profile.stroke[near >= 0]).tolist():
         own = np.flatnonzero((profile.stroke == number) & (near >= 0))
         most = int(np.bincount(pieces.stroke[near[own]]).argmax())
-        of_most = np.flatnonzero(pieces.stroke == most)
         part = pieces.where(pieces.stroke == most)
         piece = part.closest(profile.points[own])
         offset, ahead = part.offsets(profile.points[own], piece)
         found = np.linalg.norm(offset, axis=1) <= REACH_M
-        assert len(of_most) == len(part)
         stroke[own[found]] = most
         along[own[found]] = (part.arc_length[piece] + ahead)[found]
-    return MatchedPrint(test, profile, stroke, along, up)
+    return MatchedPrint(test, profile, stroke, along)
