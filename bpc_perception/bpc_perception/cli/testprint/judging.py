@@ -12,7 +12,6 @@ from rich.markup import escape
 from rich.table import Table
 import typer
 
-from bpc_perception.cli.parts.design_options import place_told
 from bpc_perception.cli.parts.options import (
     HandEyeOption,
     JsonOption,
@@ -23,6 +22,7 @@ from bpc_perception.cli.parts.options import (
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.cli.printability.measured_print import measure_print, read_result
 from bpc_perception.display.plain_json import plain
+from bpc_perception.files.design.wanted import place_told
 from bpc_perception.files.new_files import expect_new, write_new
 from bpc_perception.files.testprints.stroke_table import read_test_print
 from bpc_perception.recording import inputs
