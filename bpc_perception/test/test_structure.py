@@ -33,7 +33,7 @@ WITHOUT_KEY = {'mcap', 'rosbags', 'lz4', 'zstandard', 'ticlib', 'plotly', 'apsw'
 # What NiceGUI stands on, and the page with it.
 WITHOUT_KEY |= {'fastapi', 'starlette', 'uvicorn'}
 # Extras in setup.py, imported when asked for.
-EXTRAS = {'matplotlib', 'dask', 'distributed', 'mitsuba', 'pyarrow', 'shapely'}
+EXTRAS = {'matplotlib', 'dask', 'distributed', 'mitsuba', 'openpyxl', 'pyarrow', 'shapely'}
 # The floor plan. A module imports from its own room and from those above it in this list, never
 # from those below. A room within a room may stand apart: the longest name that fits counts.
 FLOOR_PLAN = {
@@ -49,8 +49,8 @@ FLOOR_PLAN = {
         'core.measurement.cross_section.by_cloud', 'core.measurement.cross_section.edges',
         'core.measurement.cross_section',
         'core.measurement.cross_section.on_ink', 'core.measurement.paper', 'core.measurement',
-        'core.advice', 'core.inspection', 'core.calibration', 'core.watch', 'core.result',
-        'core.session', 'core',
+        'core.advice', 'core.inspection', 'core.control', 'core.calibration', 'core.watch',
+        'core.result', 'core.session', 'core',
         'display', 'claims', 'files', 'messages', 'recording', 'report', 'runtime.exit_status',
         'runtime.held_warnings', 'runtime.transport', 'runtime', 'drivers', 'page',
         'nodes.parts', 'nodes', 'batch', 'cli.parts', 'cli', '__main__'),

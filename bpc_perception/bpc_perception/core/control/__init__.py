@@ -1,0 +1,1 @@
+"""Many prints of one kind: whether they stay alike, and how sure they are within tolerance."""
