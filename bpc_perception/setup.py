@@ -41,6 +41,7 @@ setup(
         'figures': ['matplotlib'],  # --figures
         'page': ['nicegui'],  # --page
         'printability': ['shapely'],  # bpc printability
+        'tables': ['openpyxl'],  # --xlsx
         'test': ['pytest'],  # tells `colcon test` to run pytest
     },
     zip_safe=False,

@@ -21,6 +21,7 @@ EXTRAS = {
     'figures': ('--figures', 0.2e9),
     'page': ('--page', 0.2e9),
     'printability': ('printability and testprint', 0.1e9),
+    'tables': ('--xlsx', 0.1e9),
     'tests': ('test and env', 0.6e9),
 }
 ALL = frozenset(EXTRAS)
@@ -31,7 +32,7 @@ NEEDED_BY_COMMAND = {
     'test': ALL,
     'env': ALL,
 }
-NEEDED_BY_OPTION = {'--figures': {'figures'}, '--page': {'page'}}
+NEEDED_BY_OPTION = {'--figures': {'figures'}, '--page': {'page'}, '--xlsx': {'tables'}}
 
 
 def needed(arguments: Sequence[str]) -> set[str]:

@@ -72,6 +72,7 @@ def test_every_package_is_installed_at_first_or_is_of_an_extra(path: Path) -> No
         (['batch', 'bags', '--figures'], {'batch', 'figures'}),
         (['printability', 'results', '--figures'], {'printability', 'figures'}),
         (['testprint', 'lines'], {'printability'}),
+        (['compare', 'a', 'b', '--xlsx'], {'tables'}),
         (['test'], set(extras.EXTRAS)),
         (['env'], set(extras.EXTRAS)),
     ],
