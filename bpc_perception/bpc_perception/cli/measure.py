@@ -21,10 +21,12 @@ from bpc_perception.cli.parts.options import (
     FiguresOption,
     HandEyeOption,
     JsonOption,
+    MatOption,
     OutOption,
     ParametersOption,
     QuietOption,
     RemapOption,
+    XlsxOption,
 )
 from bpc_perception.cli.parts.result_table import ResultTable, show_layers, show_verdict
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
@@ -38,6 +40,7 @@ from bpc_perception.report.outputs import check_figures
 from bpc_perception.report.print_results import PrintResults, Wanted
 from bpc_perception.report.provenance import provenance_of
 from bpc_perception.report.result_folder import check_out, check_recording, replacing
+from bpc_perception.report.tables.files import chosen_formats, expect_no_others
 from bpc_perception.runtime.exit_status import NOT_ENOUGH_SEEN, NOT_GOOD
 from bpc_perception.runtime.ros_arguments import remappings
 
@@ -63,6 +66,8 @@ def measure(
     verdict: Annotated[bool, typer.Option(
         '--verdict', help='Exit with 3 if a reported print is not good, with 4 if too little of '
         'one is seen.')] = False,
+    xlsx: XlsxOption = False,
+    mat: MatOption = False,
     remap: RemapOption = None,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
@@ -71,6 +76,8 @@ def measure(
     terminal = Terminal(quiet, json_lines)
     check_out(out)
     check_figures(figures)
+    formats = chosen_formats(xlsx, mat)
+    expect_no_others(out / 'profile', formats)
     recording = inputs.load(bag, hand_eye, parameters, remappings(remap))
     recording = replace(recording, thickness=with_design(
         recording.thickness, design, design_at, ink_on, ink_off))
@@ -80,7 +87,7 @@ def measure(
     with replacing(out) as folder:
         results = PrintResults(
             folder, provenance_of(recording),
-            Wanted(capture, all_captures, print_number, figures), expected,
+            Wanted(capture, all_captures, print_number, figures, formats), expected,
             lambda: WARNINGS.texts)
         with terminal.progress('measure', expected) as advance:
             for result in measure_bag(recording.bag, recording.hand_eye, recording.thickness,

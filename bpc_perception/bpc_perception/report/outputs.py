@@ -5,7 +5,7 @@ People read these files: their lengths are in millimetres, unlike those of messa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from importlib.util import find_spec
 import json
 import os
@@ -17,12 +17,14 @@ from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.profile_table import profile_csv
 from bpc_perception.report.provenance import Provenance
 from bpc_perception.report.summary import summarize
+from bpc_perception.report.tables.files import table_files
+from bpc_perception.report.tables.of_print import result_tables
 
 FIGURES = 'figures'  # the folder for figures for papers
 
 
 def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
-                  figures: bool = False) -> list[Path]:
+                  figures: bool = False, formats: Collection[str] = ()) -> list[Path]:
     """Write profile.csv, summary.json and report.html of the result that is reported.
 
     A file is either put in place whole or not at all: all are complete beside their place before
@@ -33,6 +35,7 @@ def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
         log: what came of the captures; refused ones are listed in summary and report.
         provenance: where the results come from.
         figures: write figures for papers, too, into a folder ``figures``.
+        formats: of other programs that the profile is written for as well.
 
     Returns:
         The files that were written.
@@ -41,7 +44,7 @@ def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
         ValueError: no result was measured, or there is no matplotlib for the figures.
         OSError: the folder cannot be written to.
     """
-    files = _contents(log, provenance, figures)
+    files = _contents(log, provenance, figures, formats)
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix='.bpc-', dir=folder) as beside:
         for name, data in files.items():
@@ -56,7 +59,8 @@ def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
     return [folder / name for name in files]
 
 
-def _contents(log: PrintLog, provenance: Provenance, figures: bool) -> Mapping[str, bytes]:
+def _contents(log: PrintLog, provenance: Provenance, figures: bool,
+              formats: Collection[str]) -> Mapping[str, bytes]:
     """Return the contents of the files by name."""
     result = log.reported
     if result is None or result.profile is None:
@@ -68,6 +72,7 @@ def _contents(log: PrintLog, provenance: Provenance, figures: bool) -> Mapping[s
              'report.html': report_page.render(log, summary, provenance.targets_of(result))}
     # A file name need not be valid Unicode; that must not cost the user the result.
     files = {name: text.encode('utf-8', 'replace') for name, text in texts.items()}
+    files |= table_files('profile', result_tables(result.profile), formats)
     if figures:
         # Imported late: matplotlib is an extra, and is slow to load.
         from bpc_perception.report.publication_figures import draw_figures

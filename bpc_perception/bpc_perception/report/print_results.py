@@ -27,12 +27,14 @@ class Wanted:
         every_capture: whether each capture gets a folder of its own as well.
         print_number: number of the only print, from 1; None = all.
         figures: whether there are to be figures for papers.
+        formats: of other programs that the profile is to be written for as well.
     """
 
     capture: int | None = None
     every_capture: bool = False
     print_number: int | None = None
     figures: bool = False
+    formats: tuple[str, ...] = ()
 
 
 class PrintResults:
@@ -77,7 +79,8 @@ class PrintResults:
         self._log.add(result)
         if self._wanted.every_capture and profile is not None and self._is_wanted():
             write_outputs(self._place() / f'capture_{profile.capture:04d}',
-                          PrintLog.of([result]), self._provenance, self._wanted.figures)
+                          PrintLog.of([result]), self._provenance, self._wanted.figures,
+                          self._wanted.formats)
 
     def finish(self) -> list[Path]:
         """Write what is left; return the files of the reports, relative to the folder.
@@ -126,7 +129,8 @@ class PrintResults:
         log.warnings = list(self._warnings())
         if self._wanted.capture is None:
             log.end()
-        write_outputs(self._place(), log, self._provenance, self._wanted.figures)
+        write_outputs(self._place(), log, self._provenance, self._wanted.figures,
+                      self._wanted.formats)
         summary = read_summary(self._place())
         self._written.append({'print': self.number, 'folder': self._place().name, **summary})
         self.reported.append(log.reported)

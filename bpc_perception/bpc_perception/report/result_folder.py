@@ -20,8 +20,8 @@ SUMMARY = 'summary.json'
 PRINTABILITY = re.compile(r'printability\.csv|pores(_layers_[\d_]+)?\.(pdf|svg)')
 # Of `bpc testprint judge`, likewise.
 TEST_PRINT = re.compile(r'sweep\.csv|findings\.csv')
-OURS = re.compile(r'profile\.csv|summary\.json|report\.html|figures|capture_\d{4,}|print_\d+|'
-                  + f'{PRINTABILITY.pattern}|{TEST_PRINT.pattern}')
+OURS = re.compile(r'profile\.(csv|xlsx|mat)|summary\.json|report\.html|figures|'
+                  rf'capture_\d{{4,}}|print_\d+|{PRINTABILITY.pattern}|{TEST_PRINT.pattern}')
 
 
 def check_out(folder: Path) -> None:
@@ -81,6 +81,12 @@ def expect_summary(folder: Path) -> dict[str, Any]:
         raise ValueError(f'{file}: expected a summary as JSON, found a {type(summary).__name__}'
                          '; measure it again')
     return summary
+
+
+def part_of(summary: dict[str, Any], name: str) -> dict[str, Any]:
+    """Return what a summary has in braces under a name; nothing where it has no such thing."""
+    found = summary.get(name)
+    return found if isinstance(found, dict) else {}
 
 
 def holds_recording(folder: Path) -> str:

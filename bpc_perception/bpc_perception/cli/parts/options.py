@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from bpc_perception.core.control.individuals import FEWEST_PRINTS
+
 BagArgument = Annotated[Path, typer.Argument(
     metavar='BAG', help='Recording: a rosbag2 folder, an .mcap or .db3 file, or the '
     'folder of a print.')]
@@ -23,6 +25,13 @@ RemapOption = Annotated[list[str] | None, typer.Option(
     help='Take another topic, as joint_states:=/lbr/joint_states; may be repeated.')]
 FiguresOption = Annotated[bool, typer.Option(
     '--figures', help='Also write figures for papers, PDF and SVG, into DIR/figures.')]
+XlsxOption = Annotated[bool, typer.Option(
+    '--xlsx', help='Also write the tables as a workbook of Excel.')]
+MatOption = Annotated[bool, typer.Option(
+    '--mat', help='Also write the tables as a MAT-file, for MATLAB.')]
+BaselineOption = Annotated[int | None, typer.Option(
+    '--baseline', min=FEWEST_PRINTS, metavar='N', help='The first so many prints set the control '
+    'limits; unless given, all do.')]
 QuietOption = Annotated[bool, typer.Option(
     '--quiet', help='Say nothing but errors.')]
 JsonOption = Annotated[bool, typer.Option(

@@ -1,0 +1,1 @@
+"""Tables for other programs, with what each column means."""
