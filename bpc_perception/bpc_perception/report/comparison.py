@@ -16,7 +16,8 @@ from bpc_perception.core.inspection.verdict import Verdict
 from bpc_perception.core.profile import Status
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.verdict_words import NAMES
-from bpc_perception.report.result_folder import expect_summary, SUMMARY
+from bpc_perception.report.result_folder import expect_summary, part_of, SUMMARY
+from bpc_perception.report.tables.table import Column as TableColumn, Table
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class PrintResult:
     @property
     def target_mm(self) -> float | None:
         """The thickness wanted all along [mm]; None = none, or one that changes along the path."""
-        settings = _table(self.summary, 'settings')
+        settings = part_of(self.summary, 'settings')
         target = settings.get('advice.target_thickness')
         if not isinstance(target, float) or not target or settings.get('advice.target_file'):
             return None
@@ -101,14 +102,8 @@ class PrintResult:
     @property
     def verdict(self) -> str:
         """Whether it is good, in words; a dash where its summary is of another version."""
-        said = str(_table(self.summary, 'verdict').get('verdict'))
+        said = str(part_of(self.summary, 'verdict').get('verdict'))
         return NAMES[Verdict[said]] if said in Verdict.__members__ else '-'
-
-
-def _table(summary: dict[str, Any], name: str) -> dict[str, Any]:
-    """Return a table of a summary; an empty one where it has none."""
-    found = summary.get(name)
-    return found if isinstance(found, dict) else {}
 
 
 def load(folders: Sequence[Path]) -> list[PrintResult]:
@@ -180,6 +175,15 @@ def rows(prints: Sequence[PrintResult]) -> list[dict[str, Any]]:
              **{column.key: print_.summary.get(column.key) for column in COLUMNS},
              'target_mm': print_.target_mm, 'verdict': print_.verdict}
             for print_ in prints]
+
+
+def compared_table(print_rows: Sequence[dict[str, Any]]) -> Table:
+    """Return the rows of prints as a table for other programs."""
+    return Table('prints', (
+        TableColumn('print', str, 'name of the print'),
+        TableColumn('verdict', str, 'whether it is good'),
+        *(TableColumn(column.key, float, column.heading.partition(' [')[0])
+          for column in COLUMNS)), print_rows)
 
 
 def layer_rows(prints: Sequence[PrintResult]) -> list[tuple[int, int, list[str]]]:

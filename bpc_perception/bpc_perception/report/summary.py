@@ -29,7 +29,7 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
     assert profile is not None
     assert result.advice is not None
     assert result.verdict is not None
-    statistics = profile.summary
+    statistics, camera = profile.summary, result.capture.camera
     evenness = uniformity(profile, provenance.targets_of(result))
     content = {
         **log.entries[log.place],
@@ -54,6 +54,8 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
         'advice': advice_entry(result.advice),
         'captures': log.entries,
         'bag': provenance.bag,
+        'camera': {'width_px': camera.width, 'height_px': camera.height,
+                   'focal_length_px': camera.focal_length},
         'hand_eye': provenance.hand_eye,
         'settings': provenance.settings,
         'versions': provenance.versions,

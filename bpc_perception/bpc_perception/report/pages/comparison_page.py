@@ -18,22 +18,26 @@ from bpc_perception.report.comparison import (
     PrintResult,
     rows,
 )
+from bpc_perception.report.control.charts import ControlGroup
 from bpc_perception.report.figures.data import pen_up
 from bpc_perception.report.figures.figure import Figure
 from bpc_perception.report.figures.style import axis, reference_line, single
+from bpc_perception.report.pages.control_part import control_figures, control_part
 from bpc_perception.report.pages.page import page
 
 GAP_ROW_SHARE = 0.04  # of the largest thickness, from one print's row of gaps to the next
 CURVE_WIDTH_PX, GAP_WIDTH_PX = 1.5, 6
 
 
-def render(prints: Sequence[PrintResult]) -> str:
-    """Make the page about these prints."""
+def render(prints: Sequence[PrintResult], groups: Sequence[ControlGroup] = ()) -> str:
+    """Make the page about these prints; groups are the same prints for control charts."""
     colours = [PRINT_COLOURS[number % len(PRINT_COLOURS)] for number in range(len(prints))]
     coloured = list(zip(prints, colours, strict=True))
     return page(
         'compare.html.j2',
-        {'thickness': _thickness_figure(coloured), 'histogram': _histogram_figure(coloured)},
+        {'thickness': _thickness_figure(coloured), 'histogram': _histogram_figure(coloured),
+         **control_figures(groups)},
+        control=control_part(groups),
         headings=['verdict', *(column.heading for column in COLUMNS)],
         rows=list(zip(colours, map(cells, rows(prints)), strict=True)),
         layer_headings=[column.heading for column in LAYER_COLUMNS],

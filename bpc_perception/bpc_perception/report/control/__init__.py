@@ -1,0 +1,1 @@
+"""Many prints on control charts: from their summaries to groups, charts and tables."""
