@@ -63,7 +63,7 @@ def cluster(scheduler: str | None, workers: int) -> Iterator[Client]:
         with Client(scheduler, timeout=CONNECT_TIMEOUT_S) as client:
             yield client
         return
-    logging.getLogger('distributed').setLevel(logging.CRITICAL)  # failures are in the table
+    silence()
     with (tempfile.TemporaryDirectory(prefix='bpc-batch-') as folder,
           # Serve no dashboard, and nothing in its place.
           dask.config.set({f'distributed.{side}.http.routes': []
@@ -72,4 +72,10 @@ def cluster(scheduler: str | None, workers: int) -> Iterator[Client]:
                        dashboard_address=f'{LOOPBACK}:0', scheduler_kwargs={'dashboard': False},
                        local_directory=folder) as local,
           Client(local) as client):
+        client.register_worker_callbacks(silence)
         yield client
+
+
+def silence() -> None:
+    """Let a process of a cluster say nothing: failures are in the table."""
+    logging.getLogger('distributed').setLevel(logging.CRITICAL)

@@ -1,31 +1,53 @@
-"""The table of a batch: a row for each print, as prints.csv and prints.parquet."""
+"""The tables of a batch: a row for each print, as CSV and Parquet."""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
 from pathlib import Path
-import tempfile
 from typing import Any
 
 import pyarrow
 from pyarrow import csv, parquet
 
 from bpc_perception.display.plain_text import table_cell
+from bpc_perception.report.control.tables import moment
+from bpc_perception.report.tables.table import Column, Table
 
-NUMBER_COLUMNS = (
-    'path_length_mm', 'thickness_mean_mm', 'thickness_std_mm', 'thickness_q1_mm',
-    'thickness_median_mm', 'thickness_q3_mm', 'thickness_variation', 'within_10_percent',
-    'coverage', 'gap_length_mm', 'offset_mean_mm', 'offset_rms_mm')
-COUNT_COLUMNS = ('capture', 'samples', 'gap_count')
-TEXT_COLUMNS = ('print_id', 'method', 'hand_eye', 'fingerprint')
-SCHEMA = pyarrow.schema([
-    ('bag', pyarrow.string()), ('exit_status', pyarrow.int32()), ('reason', pyarrow.string()),
-    ('results', pyarrow.string()), *((name, pyarrow.string()) for name in TEXT_COLUMNS),
-    *((name, pyarrow.int64()) for name in COUNT_COLUMNS), ('captures', pyarrow.int64()),
-    ('refused_captures', pyarrow.int64()), ('warnings', pyarrow.string()),
-    *((name, pyarrow.float64()) for name in NUMBER_COLUMNS), ('print', pyarrow.int64()),
-    ('ooze_count', pyarrow.int64()), ('ooze_length_mm', pyarrow.float64()),
-    ('verdict', pyarrow.string()), ('defects', pyarrow.int64())])
+TEXTS = {'print_id': 'identifier of the print', 'method': 'method of measurement',
+         'hand_eye': 'hand-eye calibration',
+         'fingerprint': 'changes whenever something that the result is made of does'}
+COUNTS = {'capture': 'number of the capture reported', 'samples': 'its samples',
+          'gap_count': 'its gaps'}
+NUMBERS = {
+    'path_length_mm': 'length of the path', 'thickness_mean_mm': 'mean thickness',
+    'thickness_std_mm': 'standard deviation of the thickness',
+    'thickness_q1_mm': 'first quartile of the thickness',
+    'thickness_median_mm': 'median thickness',
+    'thickness_q3_mm': 'third quartile of the thickness',
+    'thickness_variation': 'standard deviation by mean',
+    'within_10_percent': 'share of the known path within 10 % of the target or the median',
+    'coverage': 'share of the samples of strokes that are measured or a gap',
+    'gap_length_mm': 'length of all gaps', 'offset_mean_mm': 'mean offset from the path',
+    'offset_rms_mm': 'root mean square of the offset'}
+COLUMNS = (
+    Column('bag', str, 'the recording'),
+    Column('exit_status', int, 'what bpc measure would have ended with'),
+    Column('reason', str, 'why it was not measured'),
+    Column('results', str, 'folder of its results'),
+    *(Column(name, str, meaning) for name, meaning in TEXTS.items()),
+    *(Column(name, int, meaning) for name, meaning in COUNTS.items()),
+    Column('captures', int, 'number of captures'),
+    Column('refused_captures', int, 'number of captures refused'),
+    Column('warnings', str, 'warnings, separated by semicolons'),
+    *(Column(name, float, meaning) for name, meaning in NUMBERS.items()),
+    Column('print', int, 'number of the print in its recording, from 1'),
+    Column('ooze_count', int, 'stretches of ink on travel'),
+    Column('ooze_length_mm', float, 'their length'),
+    Column('verdict', str, 'PASS, FAIL or NOT_ENOUGH_SEEN'),
+    Column('defects', int, 'number of defects'),
+    Column('time', str, 'time of the capture that is reported, UTC'),
+    Column('height_mean_mm', float, 'mean height'))
+TYPES = {str: pyarrow.string(), int: pyarrow.int64(), float: pyarrow.float64()}
 
 
 def row(name: str, out: Path, number: int, summary: dict[str, Any]) -> dict[str, Any]:
@@ -33,41 +55,43 @@ def row(name: str, out: Path, number: int, summary: dict[str, Any]) -> dict[str,
     captures = summary['captures']
     return {'bag': name, 'exit_status': 0, 'reason': '', 'results': str(out),
             **{key: summary[key] for key in (
-                *TEXT_COLUMNS, *COUNT_COLUMNS, *NUMBER_COLUMNS, 'ooze_count', 'ooze_length_mm')},
+                *TEXTS, *COUNTS, *NUMBERS, 'ooze_count', 'ooze_length_mm')},
             'verdict': summary['verdict']['verdict'],
             'defects': len(summary['verdict']['defects']),
             'print': number, 'captures': len(captures),
             'refused_captures': sum('refusal' in capture for capture in captures),
-            'warnings': '; '.join(summary['warnings'])}
+            'warnings': '; '.join(summary['warnings']), 'time': moment(summary['stamp_ns']),
+            'height_mean_mm': summary['ink']['height_mean_mm']}
 
 
 def failed(name: str, status: int, reason: str) -> dict[str, Any]:
     """Return the row of a recording that was not measured, with the exit status and the reason."""
-    return {**dict.fromkeys(SCHEMA.names), 'bag': name, 'exit_status': status,
-            'reason': ' '.join(reason.split())}
+    return {**dict.fromkeys(column.name for column in COLUMNS), 'bag': name,
+            'exit_status': status, 'reason': ' '.join(reason.split())}
 
 
-def write_table(out: Path, rows: list[dict[str, Any]]) -> list[Path]:
-    """Write the rows as prints.csv and prints.parquet, each put in place whole.
+def prints_table(rows: list[dict[str, Any]]) -> Table:
+    """Return the table of prints from its rows."""
+    return Table('prints', COLUMNS, rows)
+
+
+def csv_and_parquet(table: Table) -> Iterator[tuple[str, bytes]]:
+    """Yield name and content of a table as CSV and as Parquet.
 
     Programs for spreadsheets open the first, so no cell of it is a formula.
-
-    Returns:
-        The two files.
     """
+    schema = pyarrow.schema([(column.name, TYPES[column.kind]) for column in table.columns])
     cells = [{name: table_cell(value) if isinstance(value, str) else value
-              for name, value in row.items()} for row in rows]
-    out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix='.bpc-', dir=out) as beside:
-        csv.write_csv(pyarrow.Table.from_pylist(cells, SCHEMA), Path(beside, 'prints.csv'))
-        parquet.write_table(pyarrow.Table.from_pylist(_unicode(rows), SCHEMA),
-                            Path(beside, 'prints.parquet'))
-        for name in ('prints.csv', 'prints.parquet'):
-            os.replace(Path(beside, name), out / name)
-    return [out / 'prints.csv', out / 'prints.parquet']
+              for name, value in row.items()} for row in table.rows]
+    for suffix, rows, write in (
+            ('csv', cells, csv.write_csv),
+            ('parquet', [_unicode(row) for row in table.rows], parquet.write_table)):
+        stream = pyarrow.BufferOutputStream()
+        write(pyarrow.Table.from_pylist(rows, schema), stream)
+        yield f'{table.name}.{suffix}', stream.getvalue().to_pybytes()
 
 
-def _unicode(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return rows whose texts are valid Unicode, which a file name need not be."""
-    return [{name: value.encode('utf-8', 'replace').decode() if isinstance(value, str) else value
-             for name, value in row.items()} for row in rows]
+def _unicode(row: Any) -> dict[str, Any]:
+    """Return a row whose texts are valid Unicode, which a file name need not be."""
+    return {name: value.encode('utf-8', 'replace').decode() if isinstance(value, str) else value
+            for name, value in row.items()}

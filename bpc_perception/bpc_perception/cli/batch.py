@@ -10,14 +10,19 @@ from typing import Annotated, Any
 import typer
 
 from bpc_perception.cli.parts.options import (
+    BaselineOption,
     HandEyeOption,
     JsonOption,
+    MatOption,
     ParametersOption,
     QuietOption,
     RemapOption,
+    XlsxOption,
 )
+from bpc_perception.cli.parts.result_table import show_drifts
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.display.plain_text import one_line
+from bpc_perception.report.tables.files import chosen_formats, expect_no_others
 from bpc_perception.runtime.ros_arguments import remappings
 
 NEEDED_PACKAGES = ('distributed', 'pyarrow')
@@ -37,6 +42,9 @@ def batch(
     scheduler: Annotated[str | None, typer.Option(
         metavar='ADDRESS', help='Of a running Dask cluster that sees the same folders, as '
         'tcp://host:8786, instead of this computer\'s cores.')] = None,
+    baseline: BaselineOption = None,
+    xlsx: XlsxOption = False,
+    mat: MatOption = False,
     quiet: QuietOption = False,
     json_lines: JsonOption = False,
 ) -> None:
@@ -48,6 +56,8 @@ def batch(
     if out.exists() and not out.is_dir():
         raise ValueError(f'{out}: expected a folder for the outputs, found a file'
                          '; name another with --out')
+    formats = chosen_formats(xlsx, mat)
+    expect_no_others(out / 'prints', formats)
     for name in NEEDED_PACKAGES:
         if find_spec(name) is None:
             raise ValueError(f'batch: expected the package {name}, found none'
@@ -58,7 +68,7 @@ def batch(
     # Imported late: only this command needs a cluster.
     from bpc_perception.batch.cluster import cluster, run
     from bpc_perception.batch.jobs import find_jobs
-    from bpc_perception.batch.table import write_table
+    from bpc_perception.batch.outputs import groups_of, write_outputs
 
     jobs = find_jobs(folder, out, hand_eye, parameters, remappings(remap))
     process_count = min(workers or os.cpu_count() or 1, len(jobs))
@@ -69,7 +79,9 @@ def batch(
             advance()
 
         rows = run(client, jobs, on_progress)
-    terminal.files(write_table(out, rows))
+    groups = groups_of(rows, baseline)
+    show_drifts(terminal, groups)
+    terminal.files(write_outputs(out, rows, groups, formats))
     name_failures(rows, terminal)
 
 

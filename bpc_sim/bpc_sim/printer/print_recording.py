@@ -26,7 +26,7 @@ OVERTIME_S = 0.5  # how long robot and extruder go on after the job's end
 
 def record_print(job: PrintJob, folder: str | Path, capture_period: float, target: float,
                  progress: Callable[[int, int], None] | None = None, prints: int = 1,
-                 pause: float = 30.0) -> None:
+                 pause: float = 30.0, first_ns: int = START_NS) -> None:
     """Write a print to a new bag, with its calibration and parameters beside the recording.
 
     Args:
@@ -37,6 +37,7 @@ def record_print(job: PrintJob, folder: str | Path, capture_period: float, targe
         progress: called with the number of captures done and of all captures.
         prints: how often the job is printed, each time on a new bed.
         pause: between these, in which nothing is sent [s].
+        first_ns: when the first one starts [ns].
     """
     times = [*np.arange(capture_period, job.duration - capture_period / 2, capture_period),
              job.duration]
@@ -44,7 +45,7 @@ def record_print(job: PrintJob, folder: str | Path, capture_period: float, targe
         for name, kind in (topics.PRINT | topics.CAMERA).items():
             bag.add_topic(f'/{name}', topics.type_name(kind))
         for repeat in range(prints):
-            start_ns = START_NS + round(1e9 * repeat * (job.duration + pause))
+            start_ns = first_ns + round(1e9 * repeat * (job.duration + pause))
             for delay_ns, name, t in _events(job, times):
                 log_ns, stamp_ns = start_ns + delay_ns, start_ns + round(1e9 * t)
                 if name == topics.POSE:

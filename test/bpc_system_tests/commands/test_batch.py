@@ -107,7 +107,7 @@ def test_command_on_a_running_cluster(client: Client, prints: Path, out: Path) -
     ended = run('batch', prints, '--out', out, '--scheduler', client.scheduler.address, '--json')
     assert (ended.returncode, ended.stderr) == (1, '')
     events = [json.loads(line) for line in ended.stdout.splitlines()]
-    assert [event['event'] for event in events] == ['print'] * (PRINT_COUNT + 1) + ['file'] * 2
+    assert [event['event'] for event in events] == ['print'] * (PRINT_COUNT + 1) + ['file'] * 7
     assert sum(event.get('measured', False) for event in events) <= 2
     with (out / 'prints.csv').open(newline='') as stream:
         rows = list(csv.DictReader(stream))

@@ -10,12 +10,14 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 import yaml
 
-from bpc_perception.batch.table import SCHEMA
+from bpc_perception.batch.table import COLUMNS as BATCH_COLUMNS
 from bpc_perception.core.config import CameraConfig
 from bpc_perception.core.parameter import flatten
 from bpc_perception.files.parameter_file import configure, live_recorder
 from bpc_perception.messages import topics
+from bpc_perception.report.control.tables import CAPABILITY, CONTROL
 from bpc_perception.report.profile_table import COLUMNS, DESIGN_COLUMNS
+from bpc_perception.report.tables.table import Column
 from bpc_sim.closed_loop.situations import SITUATIONS
 from bpc_system_tests.documentation import parameter_tables, reference
 from bpc_system_tests.documentation.pages import (
@@ -150,7 +152,15 @@ def test_the_columns_of_a_profile_are_listed() -> None:
 def test_the_columns_of_a_batch_are_listed() -> None:
     rows = table_rows(section(FILES, 'Table of many prints'))
     described = [name for row in rows for name in re.findall(r'`(\w+)`', row[0])]
-    assert sorted(described) == sorted(SCHEMA.names)
+    assert sorted(described) == sorted(column.name for column in BATCH_COLUMNS)
+
+
+@pytest.mark.parametrize(('title', 'columns'), [
+    ('control', CONTROL), ('capability', CAPABILITY)])
+def test_the_columns_of_control_charts_are_listed(title: str, columns: tuple[Column, ...]) -> None:
+    rows = table_rows(section(FILES, title))
+    described = [name for row in rows for name in re.findall(r'`(\w+)`', row[0])]
+    assert sorted(described) == sorted(column.name for column in columns)
 
 
 def test_every_closed_loop_situation_is_described() -> None:

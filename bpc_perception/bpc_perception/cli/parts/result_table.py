@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -25,6 +26,8 @@ from bpc_perception.display.verdict_words import (
 )
 from bpc_perception.display.wording import advice_in_a_line
 from bpc_perception.report.comparison import LAYER_COLUMNS
+from bpc_perception.report.control.charts import ControlGroup
+from bpc_perception.report.control.words import drifts
 from bpc_perception.report.entries import (
     advice_entry,
     layer_entries,
@@ -122,3 +125,11 @@ def show_layers(terminal: Terminal, profile: ThicknessProfile) -> None:
                                              for column in LAYER_COLUMNS))
         terminal.emit('layer', '', print_id=profile.print_id, **layer)
     terminal.show(table)
+
+
+def show_drifts(terminal: Terminal, groups: Sequence[ControlGroup]) -> None:
+    """Print a line for each control chart with alarms."""
+    for group, chart, words in drifts(groups):
+        terminal.emit('drift', words, group=group.number, quantity=chart.quantity, alarms=[
+            {'rule': alarm.rule.name, 'first': group.prints[alarm.start].name,
+             'last': group.prints[alarm.end - 1].name} for alarm in chart.alarms])
