@@ -13,6 +13,7 @@ import tempfile
 from typing import Any
 
 from bpc_perception.claims.folder import FolderClaim
+from bpc_perception.report.tables.files import is_ours
 
 SUMMARY = 'summary.json'
 # What a result consists of. Other files in its folder belong to someone else, and stay.
@@ -131,10 +132,15 @@ def replacing(folder: Path, ours: re.Pattern[str] = OURS, last: str = SUMMARY) -
         yield Path(new)
         (folder / last).unlink(missing_ok=True)  # from here on it is no result
         for path in list(folder.iterdir()):
-            if ours.fullmatch(path.name):
+            if ours.fullmatch(path.name) and not _is_of_others(path):
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
         for path in sorted(Path(new).iterdir(), key=lambda path: path.name == last):
             os.replace(path, folder / path.name)
+
+
+def _is_of_others(path: Path) -> bool:
+    """Return whether a table is named like one of ours, but was made or changed by others."""
+    return path.suffix in ('.xlsx', '.mat') and not is_ours(path)
 
 
 def _remove_if_empty(folder: Path) -> None:

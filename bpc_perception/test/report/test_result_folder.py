@@ -48,3 +48,13 @@ def test_what_is_not_known_to_be_of_another_recording_may_be_replaced(
     if summary is not None:
         (tmp_path / SUMMARY).write_text(summary)
     check_recording(tmp_path, tmp_path / os.fsdecode(b'odd-\xff'))
+
+
+def test_a_table_that_a_person_made_beside_a_result_stays(tmp_path: Path) -> None:
+    (tmp_path / 'summary.json').write_text('{"fingerprint": ""}')
+    for name in ('profile.csv', 'profile.xlsx', 'profile.mat'):
+        (tmp_path / name).write_text('by hand')
+    with replacing(tmp_path) as new:
+        (new / 'summary.json').write_text('{}')
+    assert {file.name for file in tmp_path.iterdir() if file.suffix} == {
+        'summary.json', 'profile.xlsx', 'profile.mat'}

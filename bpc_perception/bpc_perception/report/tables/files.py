@@ -8,9 +8,6 @@ from pathlib import Path
 import re
 import zipfile
 
-from scipy.io import whosmat
-from scipy.io.matlab import MatReadError
-
 from bpc_perception.report.tables.table import legend, Table
 
 XLSX, MAT = 'xlsx', 'mat'
@@ -49,13 +46,17 @@ def expect_no_others(place: Path, formats: Collection[str]) -> None:
     """
     for suffix in formats:
         file = place.with_name(f'{place.name}.{suffix}')
-        if file.exists() and not _is_ours(file):
+        if file.exists() and not is_ours(file):
             raise ValueError(f'{file}: expected no file but one that bpc wrote, found another, or '
                              'one that was changed; move it, or name another place with --out')
 
 
-def _is_ours(file: Path) -> bool:
-    """Return whether bpc wrote a file, and no other program changed it since."""
+def is_ours(file: Path) -> bool:
+    """Return whether bpc wrote a workbook or MAT-file, and no other program changed it since."""
+    # Imported late: only who looks at such a file needs it.
+    from scipy.io import whosmat
+    from scipy.io.matlab import MatReadError
+
     try:
         if file.suffix == f'.{MAT}':
             return 'legend' in {name for name, *_ in whosmat(file)}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 import io
 import math
+import re
 from typing import Any
 
 from openpyxl import Workbook
@@ -19,6 +21,7 @@ CREATOR = 'bpc'
 MOST_ROWS = 1_048_576  # of a sheet, with its heading [Excel specifications and limits]
 MOST_LETTERS = 32_767  # of a cell [the same]
 CUT = ' (cut)'
+NOT_IN_XML = re.compile('[\ufffe\uffff]')  # beside control characters
 NARROWEST, WIDEST = 8, 60  # columns, in letters
 
 
@@ -53,21 +56,21 @@ def workbook(tables: Sequence[Table]) -> bytes:
     return stream.getvalue()
 
 
-def _cells(sheet: Any, table: Table, row: Any) -> Iterator[Any]:
+def _cells(sheet: Any, table: Table, row: Mapping[str, Any]) -> Iterator[Any]:
     for column in table.columns:
         value = row[column.name]
         if value in (None, '') or (isinstance(value, float) and not math.isfinite(value)):
             yield None
         elif column.kind is str:
-            cell = WriteOnlyCell(sheet, '')
-            # Set behind the value's back: it takes what begins with = for a formula.
-            cell._value, cell.data_type = _text(value), 's'
+            cell = WriteOnlyCell(sheet, _text(value))
+            cell.data_type = 's'  # also of #N/A, which would be an error
             yield cell
         else:
             yield column.kind(value)
 
 
+@lru_cache
 def _text(value: str) -> str:
     """Return a text that is no formula, neither here nor where the sheet is saved as CSV."""
-    text = table_cell(value)
+    text = NOT_IN_XML.sub('?', table_cell(value))
     return text if len(text) <= MOST_LETTERS else text[:MOST_LETTERS - len(CUT)] + CUT

@@ -39,21 +39,29 @@ def test_without_limits_there_are_no_alarms() -> None:
     assert find_alarms(values, control_limits(values)) == []
 
 
-def run_length(shift: float) -> float:
-    """Mean number of prints up to an alarm, by the Markov chain of the runs.
+def run_length(shift: float, drift: float = 0.0) -> float:
+    """Mean number of prints up to an alarm, by the chain of the runs, for as long as one may last.
 
     A state is the length of the run, 1 to 8, on either side. From each a print leads to the next,
-    to a run of one on the other side, or to an alarm; so the means solve linear equations.
+    to a run of one on the other side, or to an alarm. The mean is the sum, over all prints, of the
+    chance that no alarm came before.
+
+    Args:
+        shift: of the mean [sigma].
+        drift: of the mean from each print to the next [sigma].
     """
-    up = ndtr(3 - shift) - ndtr(-shift)
-    down = ndtr(-shift) - ndtr(-3 - shift)
-    steps = np.zeros((17, 17))  # 0: none yet; 1 to 8: so many above; 9 to 16: below
-    steps[0, (1, 9)] = up, down
-    for length in range(1, 9):
-        steps[length, 9], steps[8 + length, 1] = down, up
-        if length < 8:
-            steps[length, length + 1], steps[8 + length, 9 + length] = up, down
-    return float(np.linalg.solve(np.eye(17) - steps, np.ones(17))[0])
+    states = np.zeros(17)  # 0: none yet; 1 to 8: so many above; 9 to 16: below
+    states[0], total = 1.0, 0.0
+    for number in range(1, 8000):
+        total += states.sum()
+        mean = shift + drift * number
+        above, below = ndtr(3 - mean) - ndtr(-mean), ndtr(-mean) - ndtr(-3 - mean)
+        after = np.zeros(17)
+        after[2:9], after[10:17] = above * states[1:8], below * states[9:16]
+        after[1] = above * (states[0] + states[9:].sum())
+        after[9] = below * (states[0] + states[1:9].sum())
+        states = after
+    return total
 
 
 def first_alarm(values: np.ndarray) -> int:
@@ -73,6 +81,7 @@ def test_alarms_come_as_often_as_they_should(shift: float) -> None:
 
 def test_the_run_lengths_that_the_documentation_states() -> None:
     assert [round(run_length(shift)) for shift in (0.0, 1.0, 2.0)] == [217, 17, 5]
+    assert [round(run_length(0.0, drift)) for drift in (0.1, 0.2, 0.5)] == [15, 10, 6]
 
 
 def test_a_planted_drift_is_found_and_sound_series_are_left_alone() -> None:

@@ -22,7 +22,9 @@ PRINTS = Table('prints', (
         {'bag': '@SUM(1+1)', 'gap_count': None, 'width_mm': math.nan},
         {'bag': 'a\x1b[2J\udcff', 'gap_count': 0, 'width_mm': None},
         {'bag': None, 'gap_count': 1, 'width_mm': 1e-300},
-        {'bag': '', 'gap_count': 1, 'width_mm': 0.1 + 0.2}])
+        {'bag': '', 'gap_count': 1, 'width_mm': 0.1 + 0.2},
+        {'bag': '#N/A', 'gap_count': 1, 'width_mm': 1.0},
+        {'bag': 'ü😀\uffff', 'gap_count': 1, 'width_mm': 1.0}])
 
 
 @pytest.fixture
@@ -38,10 +40,10 @@ def test_no_cell_of_a_workbook_is_a_formula_and_numbers_stay_numbers(folder):
     heading, *rows = book['prints'].iter_rows()
     assert [cell.value for cell in heading] == ['bag', 'gap_count', 'width_mm']
     assert [row[0].value for row in rows] == [
-        '\'=HYPERLINK("http://x")', "'@SUM(1+1)", r'a\x1b[2J\udcff', None, None]
-    assert {row[0].data_type for row in rows[:3]} == {'s'}
-    assert [row[1].value for row in rows] == [3, None, 0, 1, 1]
-    assert [row[2].value for row in rows] == [-0.25, None, None, 1e-300, 0.3]  # 16 digits
+        '\'=HYPERLINK("http://x")', "'@SUM(1+1)", r'a\x1b[2J\udcff', None, None, '#N/A', 'ü😀?']
+    assert {row[0].data_type for row in (*rows[:3], *rows[5:])} == {'s'}
+    assert [row[1].value for row in rows] == [3, None, 0, 1, 1, 1, 1]
+    assert [row[2].value for row in rows] == [-0.25, None, None, 1e-300, 0.3, 1, 1]  # 16 digits
     with zipfile.ZipFile(folder / 'out.xlsx') as archive:
         assert b'<f>' not in archive.read('xl/worksheets/sheet1.xml')
 
@@ -57,13 +59,14 @@ def test_matlab_gets_columns_and_keeps_what_is_not_known(folder):
     found = loadmat(folder / 'out.mat', simplify_cells=True)
     prints = found['prints']
     assert list(prints['bag'][:3]) == ['=HYPERLINK("http://x")', '@SUM(1+1)', 'a\x1b[2J?']
-    assert [len(text) for text in prints['bag'][3:]] == [0, 0]
-    assert prints['gap_count'].tolist()[::2] == [3.0, 0.0, 1.0]
+    assert [len(text) for text in prints['bag'][3:5]] == [0, 0]
+    assert list(prints['bag'][5:]) == ['#N/A', 'ü😀\uffff']
+    assert prints['gap_count'].tolist()[::2] == [3.0, 0.0, 1.0, 1.0]
     assert math.isnan(prints['gap_count'][1])
-    assert prints['width_mm'].tolist()[3:] == [1e-300, 0.1 + 0.2]
+    assert prints['width_mm'].tolist()[3:] == [1e-300, 0.1 + 0.2, 1.0, 1.0]
     assert [math.isnan(value) for value in prints['width_mm'][:3]] == [False, True, True]
     assert list(found['legend']['unit'][2:]) == ['mm']
-    assert loadmat(folder / 'out.mat')['prints']['width_mm'][0, 0].shape == (5, 1)
+    assert loadmat(folder / 'out.mat')['prints']['width_mm'][0, 0].shape == (7, 1)
 
 
 def test_names_are_those_that_matlab_takes(tmp_path):
