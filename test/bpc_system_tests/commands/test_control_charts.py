@@ -3,38 +3,29 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import replace
 import json
 import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from openpyxl import load_workbook
 from pyarrow import parquet
 import pytest
 from scipy.io import loadmat
+from selenium.webdriver import Chrome
+from selenium.webdriver.common.by import By
 
-from bpc_sim.printer.print_recording import record_print, START_NS
-from bpc_sim.printer.scenarios import line
+from bpc_system_tests.parts.archive import NAMES, record_archive, STEADY, WIDTHS_MM
+from bpc_system_tests.parts.browser import errors
 from bpc_system_tests.parts.command_line import refusal, succeed
 
 pytestmark = pytest.mark.system
 
-HOUR_NS = 3_600_000_000_000
-STEADY = 10  # prints, by turns 0.02 mm above and below 2 mm; then each 0.1 mm thinner
-WIDTHS_MM = [2.02 - 0.04 * (number % 2) for number in range(STEADY)] + [1.9, 1.8, 1.7, 1.6]
-NAMES = [f'{chr(ord("z") - number)}_print' for number in range(len(WIDTHS_MM))]  # backwards
-
-
 @pytest.fixture(scope='module')
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Recordings, an hour from each to the next, whose names are in another order."""
+    """Recordings of prints, of which the last ones get thinner."""
     folder = tmp_path_factory.mktemp('archive')
-    for number, (name, width) in enumerate(zip(NAMES, WIDTHS_MM, strict=True)):
-        job = replace(line(25e-3), seed=number,
-                      printed_width=lambda s, width=width: np.full(np.shape(s), 1e-3 * width))
-        record_print(job, folder / name, 10.0, 2e-3, first_ns=START_NS + number * HOUR_NS)
+    record_archive(folder)
     return folder
 
 
@@ -87,6 +78,15 @@ def test_the_page_shows_the_chart_and_leads_to_the_reports(out: Path) -> None:
     for name in NAMES:
         assert f'href="{name}/report.html"' in page
         assert (out / name / 'report.html').exists()
+
+
+@pytest.mark.usefixtures('events')
+def test_a_browser_draws_the_chart(browser: Chrome, out: Path) -> None:
+    browser.get((out / 'prints.html').as_uri())
+    drawn = browser.find_elements(By.CSS_SELECTOR, '#control1-figure .scatterlayer .trace')
+    assert len(drawn) > 2
+    assert 'hardly by chance' in browser.find_element(By.ID, 'control1-figure').text
+    assert errors(browser) == []
 
 
 @pytest.mark.usefixtures('events')

@@ -1,6 +1,7 @@
 """Run as a program, makes the pictures of the documentation anew, from the sample recording.
 
-They are overlay.png, page.jpg and report.jpg in docs/pictures; the last two need a browser.
+They are overlay.png, page.jpg, report.jpg and control.jpg in docs/pictures; all but the first need
+a browser.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from selenium.webdriver import Chrome
 
 from bpc_perception.display.overlay import draw_overlay
+from bpc_system_tests.parts.archive import record_archive, STEADY
 from bpc_system_tests.parts.browser import browsing, DESKTOP_PX, missing, show_as
 from bpc_system_tests.parts.command_line import ROOT, SAMPLE, succeed
 from bpc_system_tests.parts.page_under_test import page_under_test, PageUnderTest
@@ -57,6 +59,18 @@ def report(driver: Chrome) -> None:
         save(driver, 'report.jpg')
 
 
+def control(driver: Chrome) -> None:
+    """The control chart of an archive whose last prints get thinner."""
+    with tempfile.TemporaryDirectory() as folder:
+        archive, results = Path(folder, 'archive'), Path(folder, 'results')
+        record_archive(archive)
+        succeed('batch', archive, '--out', results, '--baseline', STEADY)
+        show_as(driver, DESKTOP_PX)
+        driver.get((results / 'prints.html').as_uri())
+        driver.execute_script('document.querySelector("h3").scrollIntoView()')
+        save(driver, 'control.jpg')
+
+
 def save(driver: Chrome, name: str) -> None:
     """What the browser shows, as good as it gets in a small file."""
     picture = cv2.imdecode(np.frombuffer(driver.get_screenshot_as_png(), np.uint8),
@@ -78,3 +92,4 @@ if __name__ == '__main__':
         with page_under_test(driver) as stage:
             page(stage)
         report(driver)
+        control(driver)
