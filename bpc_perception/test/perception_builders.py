@@ -154,7 +154,7 @@ def sections_of(height: Array, offset: Array, pixel: float, spacing: float) -> S
         lateral=np.tile((0.0, 1.0, 0.0), (count, 1)), lean=np.zeros(count),
         in_row=np.zeros(count), offset=offset, pixel=pixel, spacing=spacing, inside=~no,
         hidden=no, depth=np.ones(count, bool), raised=np.ones(count, bool), beside=no,
-        clearance=np.zeros((2, count)), foreign=no,
+        clearance=np.zeros((2, count)), foreign=no, nearing=no,
         colour=np.zeros((*height.shape, 3), np.float32), height=height.astype(np.float32),
         place=np.tile(offset, (count, 1)).astype(np.float32))
 

@@ -52,7 +52,8 @@ def flat_sections(foot: Array, along: Array | None = None) -> Sections:
         pixel=PIXEL, spacing=SPACING, inside=np.ones(shape, bool), hidden=np.zeros(shape, bool),
         depth=np.ones(len(foot), bool), raised=np.zeros(len(foot), bool),
         beside=np.zeros(shape, bool), clearance=np.zeros((2, len(foot))),
-        foreign=np.zeros(shape, bool), colour=np.zeros((*shape, 3), np.float32),
+        foreign=np.zeros(shape, bool), nearing=np.zeros(shape, bool),
+        colour=np.zeros((*shape, 3), np.float32),
         height=np.zeros(shape, np.float32), place=np.tile(OFFSET, (len(foot), 1)))
 
 

@@ -47,7 +47,7 @@ def find_crossing(share: Floats, first: Index, end: Index,
     Args:
         share: (N, K) of ink in samples outward from the path.
         first: (N,) sample near which the edge is.
-        end: (N,) first sample that belongs to another pass: no level is read there.
+        end: (N,) first sample from which on another pass comes nearer: no level is read there.
         noise: (N,) 1-sigma noise of a share.
 
     Returns:

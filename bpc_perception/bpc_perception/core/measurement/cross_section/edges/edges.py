@@ -52,7 +52,9 @@ class _Outward:
         share: (2N, K) of ink in each sample.
         nearer, farther: (2N,) first sample behind which there is bed for long enough to be no
             noise, and to be no glare; K = none.
-        border: (2N,) first sample that belongs to another pass; K = none.
+        border: (2N,) first sample that belongs to another pass; K = none,
+        nearing: (2N,) and first one from which on that comes nearer. A section beside a crossing
+            runs beside the other pass: the bed there has one level.
         hidden, outside, joined: (2N,) what comes before the edge, see Edges.
     """
 
@@ -60,6 +62,7 @@ class _Outward:
     nearer: Index
     farther: Index
     border: Index
+    nearing: Index
     hidden: Flags
     outside: Flags
     joined: Flags
@@ -99,7 +102,8 @@ def _look_outward(sections: Sections, ink: Floats) -> _Outward:
 
     share = outward(ink)
     count = share.shape[1]
-    border = _first_run(outward(sections.foreign), 1)
+    border, nearing = (_first_run(outward(flags), 1)
+                       for flags in (sections.foreign, sections.nearing))
     bed = share < 0.5  # False where it is not seen
     bed |= np.arange(count) >= border[:, None]
     nearer, farther = (_first_run(bed, round(length / SAMPLE_STEP_PX))
@@ -108,7 +112,7 @@ def _look_outward(sections: Sections, ink: Floats) -> _Outward:
     hidden: Flags = np.any(outward(sections.hidden) & before, axis=1)
     outside: Flags = np.any(outward(~sections.inside) & before, axis=1)
     joined = (nearer >= border) & (border < count) & ~hidden & ~outside
-    return _Outward(share, nearer, farther, border, hidden, outside, joined)
+    return _Outward(share, nearer, farther, border, nearing, hidden, outside, joined)
 
 
 def _locate(seen: _Outward, first: Index, asked: Flags, sections: Sections,
@@ -117,10 +121,9 @@ def _locate(seen: _Outward, first: Index, asked: Flags, sections: Sections,
     step = SAMPLE_STEP_PX * sections.pixel
     noise = np.tile(noise, 2)
     known = ~(seen.hidden | seen.outside | seen.joined)
-    end = np.minimum(seen.border, seen.share.shape[1])
-    row = np.flatnonzero(asked & known & (first > 0) & (first < end))
+    row = np.flatnonzero(asked & known & (first > 0) & (first < seen.border))
     distance, sigma = np.full((2, len(first)), np.nan)
-    place, slope = find_crossing(seen.share[row], first[row], end[row], noise[row])
+    place, slope = find_crossing(seen.share[row], first[row], seen.nearing[row], noise[row])
     distance[row], sigma[row] = place * step, noise[row] * step / slope
     return Located(distance, sigma)
 

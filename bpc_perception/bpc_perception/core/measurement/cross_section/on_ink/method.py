@@ -87,7 +87,8 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
         sections = lifted(sections, depth, -slope)
     middle, width = rough_beads(sections)
     goes_on = goes_on_beside(sections, track, index, bed, below.width)
-    sections = replace(sections, foreign=sections.foreign | goes_on)
+    sections = replace(sections, foreign=sections.foreign | goes_on,
+                       nearing=sections.nearing | goes_on)
     picture = read_picture(view, sections, track.extruding[index], bed, config, contrast)
     beneath = ink_beneath(track, index, bed, below.width)
     cliffs = breaks_off(sections, goes_on & (np.abs(sections.offset) < below.width), beneath)

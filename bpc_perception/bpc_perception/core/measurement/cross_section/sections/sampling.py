@@ -76,6 +76,7 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
     else:
         lines = replace(coarse, foot=coarse.foot - footing.clearance * footing.normal)
     lines = replace(lines, offset=offset)
+    foreign, nearing = territory.passes_at(offset)
     uv = pixels_along(view, lines)
     seen = points_at(view.capture.cloud, uv)
     height = heights(view, seen, lines, normal)
@@ -90,7 +91,7 @@ def lay_sections(view: View, track: Track, index: Index, bed: Plane,
         depth=np.count_nonzero(np.isfinite(height), axis=1) > LEAST_DEPTH * len(offset),
         raised=raised_middle(height, offset, pixel, territory.beside),
         beside=territory.beside_at(offset), clearance=territory.clearance,
-        foreign=territory.foreign_at(offset),
+        foreign=foreign, nearing=nearing,
         colour=colours_at(view, uv), height=height,
         place=distances_along(view, seen, lines))
 

@@ -11,7 +11,7 @@ from bpc_perception.core.measurement.scale import steady_window
 SAMPLE_STEP_PX = 0.5  # between samples of a section
 # The fields with one entry a section, along their first axis.
 PER_SECTION = ('piece', 'along', 'foot', 'lateral', 'lean', 'in_row', 'inside', 'hidden', 'depth',
-               'raised', 'beside', 'foreign', 'colour', 'height', 'place')
+               'raised', 'beside', 'foreign', 'nearing', 'colour', 'height', 'place')
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class Sections:
         raised: (N,) whether the cloud has something there that stands above the bed.
         beside: (N, M) whether it lies so far from all of the path that bed is to be expected.
         clearance: (2, N) how far that is from the path, on the right and the left [m].
-        foreign: (N, M) whether another pass of the same layer is nearer than this one.
+        foreign: (N, M) whether another pass of the same layer is nearer than this one,
+        nearing: (N, M) and the section comes nearer to it outward.
         colour: (N, M, 3) RGB.
         height, place: (N, M) of the cloud at each sample: above the foot, and how far to the left
             of the path, which height makes differ from the offset [m]; NaN = no point.
@@ -58,6 +59,7 @@ class Sections:
     beside: Flags
     clearance: Array
     foreign: Flags
+    nearing: Flags
     colour: Floats
     height: Floats
     place: Floats

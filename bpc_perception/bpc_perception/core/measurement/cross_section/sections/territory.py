@@ -16,6 +16,7 @@ LARGEST_MAP_CELLS = 1000  # along its longer side
 # in the open farther out, where nothing that lies beside the bead is taken for bed.
 CLOSE_BED, OPEN_BED_GAIN = 0.85, 0.35
 NEIGHBOURS = 4  # path points that are near to a place on their own pass
+LEAST_NEARING = 0.2  # of the way outward, by which a section comes nearer to another pass
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Territory:
         clearance: (2, N) the farthest that a section leads from all of the path, on the right and
             on the left [m].
         foreign: (N, M) whether another pass of the same layer is nearer than the section's own.
+        nearing: (N, M) whether the section comes nearer to that outward.
     """
 
     offset: Array
@@ -36,6 +38,7 @@ class Territory:
     bed_from: Array
     clearance: Array
     foreign: Flags
+    nearing: Flags
 
     @cached_property
     def beside(self) -> Flags:
@@ -50,11 +53,10 @@ class Territory:
         distance = (1 - share) * self.distance[:, low] + share * self.distance[:, low + 1]
         return self._expects_bed(distance, offset)
 
-    def foreign_at(self, offset: Array) -> Flags:
-        """Return whether another pass is nearer at offsets (K,), evenly spaced [m]."""
-        near = np.clip(np.rint(self._place(offset)), 0, len(self.offset) - 1)
-        flags: Flags = self.foreign[:, near.astype(np.intp)]
-        return flags
+    def passes_at(self, offset: Array) -> tuple[Flags, Flags]:
+        """Return ``foreign`` and ``nearing`` (N, K) at offsets (K,), evenly spaced [m]."""
+        near = np.clip(np.rint(self._place(offset)), 0, len(self.offset) - 1).astype(np.intp)
+        return self.foreign[:, near], self.nearing[:, near]
 
     def _place(self, offset: Array) -> Array:
         return (offset - self.offset[0]) / (self.offset[1] - self.offset[0])
@@ -87,6 +89,7 @@ def find_territory(points: Array, along: Array, layer: Index, index: Index, late
     x, y = points.T
     close = np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
     nearest, distance = find_nearest(points[close], around, lateral, offset)
+    nearing = leads_nearer(distance, offset)
     apart = np.abs(along[close[nearest]] - along[index][:, None])
     distance = np.minimum(distance, np.abs(offset).astype(np.float32))  # its own point is near
     # The foot of a place on its own pass is near in arc length, even within a bend.
@@ -100,7 +103,24 @@ def find_territory(points: Array, along: Array, layer: Index, index: Index, late
         ((distance[:, side][:, 1:] + distance[:, side][:, :-1] + step) / 2).max(axis=1)
         for side in sides]).astype(np.float64)
     bed_from = clearance * (CLOSE_BED - OPEN_BED_GAIN * (clearance / reach)**2)
-    return Territory(offset, distance, bed_from, clearance, foreign)
+    return Territory(offset, distance, bed_from, clearance, foreign, foreign & nearing)
+
+
+def leads_nearer(distance: Floats, offset: Array) -> Flags:
+    """Return where (N, M) sections lead nearer to a path outward.
+
+    Not where they run beside it, as beside a crossing.
+
+    Args:
+        distance: (N, M) from the path [m].
+        offset: (M,) of the samples, evenly spaced [m].
+    """
+    outward = np.sign(offset[1:] + offset[:-1])
+    falls = np.diff(distance, axis=1) * outward < -LEAST_NEARING * (offset[1] - offset[0])
+    nearing = np.zeros(distance.shape, bool)
+    nearing[:, :-1] |= falls
+    nearing[:, 1:] |= falls
+    return nearing
 
 
 def find_nearest(points: Array, start: Array, lateral: Array,
