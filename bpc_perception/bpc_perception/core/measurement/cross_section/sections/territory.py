@@ -16,7 +16,7 @@ LARGEST_MAP_CELLS = 1000  # along its longer side
 # in the open farther out, where nothing that lies beside the bead is taken for bed.
 CLOSE_BED, OPEN_BED_GAIN = 0.85, 0.35
 NEIGHBOURS = 4  # path points that are near to a place on their own pass
-LEAST_NEARING = 0.2  # of the way outward, by which a section comes nearer to another pass
+LEAST_NEARING = 0.6  # of the way outward, by which a section comes nearer to another pass
 
 
 @dataclass(frozen=True)

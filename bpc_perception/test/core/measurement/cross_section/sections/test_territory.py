@@ -30,7 +30,7 @@ def test_sections_may_lie_beyond_the_path(beyond: float) -> None:
 
 @pytest.mark.parametrize(('angle', 'left', 'right'), [
     (90, False, False),  # the section runs beside the other pass
-    (60, True, False), (120, False, True)])
+    (40, True, False), (140, False, True)])
 def test_a_section_beside_a_crossing_comes_nearer_where_that_is_acute(
         angle: float, left: bool, right: bool) -> None:
     """A section along y, 1 mm ahead of where another pass crosses at an angle."""
