@@ -84,6 +84,17 @@ WIDTHS_MM = {
 }
 PIXEL_MM = 0.088  # across the lines
 
+# With their frames the lines enclose pores. By panel, those that the eye sees enclosed by ink,
+# numbered by the line below (-1 = the frame); those between which a line is torn are one. A hair
+# is no ink. Of the left panel's frame the right side is there down to half a millimetre above
+# line 3, of the middle panel's to just above line 7, and there all lines are torn.
+PORES: tuple[tuple[tuple[int, ...], ...], ...] = (
+    ((4,), (5,), (6, 7), (8,), (9,)), (), tuple((line,) for line in range(-1, LINE_COUNT)))
+# Of the pore above a line of the right panel: height, the mean of nine places from 3 to 26 mm,
+# and length half-way up [mm], between half-way levels read off the grey values of pixels. Each is
+# known to half a pixel.
+PORE_SIZES_MM = {1: (3.357, 29.31), 5: (3.434, 29.37), 7: (3.431, 29.35)}
+
 START_NS = 1_700_000_000 * 10**9
 SPEED_MM_PER_S = 20.0
 POSE_RATE_HZ, STATE_RATE_HZ = 100, 50
@@ -146,10 +157,13 @@ def photo_capture(photo: Path, stamp_ns: int) -> Capture:
                    (rays * depth[..., None]).astype(np.float32), view)
 
 
-def job() -> Job:
-    """Return all lines one after the other; between them the nozzle passes over bare bed only."""
+def job(frames: bool = False) -> Job:
+    """Return all lines one after the other; between them the nozzle passes over bare bed only.
+
+    With ``frames`` these are laid before.
+    """
     time, tip, extruding = [0.0], [np.array((PANEL_STARTS_MM[0], 0.0))], [False]
-    for move in _moves():
+    for move in (*(_frames() if frames else ()), *_moves()):
         distance = float(np.linalg.norm(move.target - tip[-1]))
         time.append(time[-1] + max(distance / SPEED_MM_PER_S, move.duration))
         tip.append(move.target)
@@ -180,9 +194,22 @@ def _moves() -> Iterator[Move]:
     yield Move(np.array((right, y)), 2.0, False)  # the capture comes after all lines
 
 
-def write_bag(folder: Path, photo: Path) -> tuple[Path, Path]:
+def _frames() -> Iterator[Move]:
+    """Yield the moves of the nozzle that lay the frames, side by side."""
+    low, high = -LINE_PITCH_MM, LINE_PITCH_MM * LINE_COUNT
+    for left in PANEL_STARTS_MM:
+        right = left + LINE_LENGTH_MM
+        corners = [np.array(corner) for corner in (
+            (left, low), (left, high), (right, high), (right, low), (left, low))]
+        yield Move(corners[0], 0.0, False)
+        for corner in corners:
+            yield Move(corner, DWELL_S, True)
+        yield Move(corners[-1], DWELL_S, False)
+
+
+def write_bag(folder: Path, photo: Path, frames: bool = False) -> tuple[Path, Path]:
     """Record the job with the photo as its only capture; return bag and hand-eye file."""
-    laid = job()
+    laid = job(frames)
     capture_ns = START_NS + round(1e9 * laid.time[-1]) - 10**9
     poses_per_state = POSE_RATE_HZ // STATE_RATE_HZ
     pending = list(zip(topics.CAMERA, capture_to_messages(photo_capture(photo, capture_ns)),

@@ -119,11 +119,13 @@ def lay_flat(profile: ThicknessProfile) -> FlatPrint:
     edges = np.stack((left, right))
     if np.isfinite(width):
         edges = _smoothed(edges, stroke, round(min(SMOOTH_M, width) / spacing))
+    outline = outlines(profile.status[index], stroke, arc, width)
+    if len(points) > 1:
+        points = _with_ends(points, ahead, stroke, outline, spacing)
     return FlatPrint(
         index=index, stroke=stroke, layer=layer, arc_length=arc, points=points, ahead=ahead,
-        left=left, right=right, edges=edges, sigma=sigma,
-        outline=outlines(profile.status[index], stroke, arc, width),
-        spacing=spacing, width=width, origin=origin, axes=axes,
+        left=left, right=right, edges=edges, sigma=sigma, outline=outline, spacing=spacing,
+        width=width, origin=origin, axes=axes,
         curved=bool((np.abs(way @ normal) > STEEPEST).any()))
 
 
@@ -131,7 +133,8 @@ def outlines(status: StatusArray, stroke: Index, arc_length: Array, width: float
     """Return what is known of the outline at each sample (N,), values of Outline.
 
     A JUNCTION, and a single sample without an answer, is interpolated where the same stroke is
-    measured on both sides of it.
+    measured on both sides of it. A JUNCTION at an end of the stroke, which lies in ink of
+    another, is taken to be as wide as the strand is beside it.
 
     Args:
         status: (N,) values of Status.
@@ -145,18 +148,39 @@ def outlines(status: StatusArray, stroke: Index, arc_length: Array, width: float
     found[measured] = Outline.MEASURED
     first, end = runs(2 * stroke + (found == Outline.UNKNOWN))
     for one, two in sorted({*zip(first.tolist(), end.tolist(), strict=True)}):
-        between = (one > 0 and two < len(status) and measured[one - 1] and measured[two]
-                   and stroke[one - 1] == stroke[one] == stroke[two])
-        if found[one] == Outline.UNKNOWN and between and (
-                two - one == 1 or _is_junction(status[one:two], arc_length[one:two], width)):
+        if found[one] != Outline.UNKNOWN:
+            continue
+        beside = [here for here in (one - 1, two)
+                  if 0 <= here < len(status) and stroke[here] == stroke[one]]
+        longest = LONGEST_JUNCTION * width * len(beside) / 2
+        if beside and measured[beside].all() and (
+                (len(beside) == 2 and two - one == 1)
+                or _is_junction(status[one:two], arc_length[one:two], longest)):
             found[one:two] = Outline.INTERPOLATED
     return found
 
 
-def _is_junction(status: StatusArray, arc_length: Array, width: float) -> bool:
-    """Return whether a run of samples is a crossing, and as short as one."""
-    return bool((status == Status.JUNCTION).all()
-                and np.ptp(arc_length) <= LONGEST_JUNCTION * width)
+def _is_junction(status: StatusArray, arc_length: Array, longest: float) -> bool:
+    """Return whether a run of samples is a crossing, and not too long for one [m].
+
+    A single sample on either side of it may have no answer.
+    """
+    junction = status == Status.JUNCTION
+    return bool(junction.any() and junction[1:-1].all() and np.ptp(arc_length) <= longest)
+
+
+def _with_ends(points: Array, ahead: Array, stroke: Index, outline: Index,
+               spacing: float) -> Array:
+    """Return a path (N, 2) whose ends in ink of others lie a sample farther out.
+
+    Between two samples nobody knows where a stroke ends, but there is ink up to the other.
+    """
+    border = np.flatnonzero(np.diff(stroke))
+    moved = points.copy()
+    for ends, sign in ((np.append(0, border + 1), -1), (np.append(border, len(stroke) - 1), 1)):
+        inside = ends[outline[ends] == Outline.INTERPOLATED]
+        moved[inside] += sign * spacing * ahead[inside]
+    return moved
 
 
 def _plane(path: Array, way: Array) -> tuple[Array, Array]:

@@ -125,6 +125,42 @@ def test_crossings_in_one_layer_are_interpolated_and_counted() -> None:
         assert 'of its outline are interpolated' in pore.note
 
 
+def frame_with_a_strand(statuses: dict[tuple[float, float], Status],
+                        end: float = 10.5) -> list[Line]:
+    """A frame of 10 by 8 mm inside, and a strand of 1 mm across it up to an end [mm]."""
+    sides = [[(-0.5, -1), (-0.5, 9)], [(10.5, -1), (10.5, 9)],
+             [(-1, -0.5), (11, -0.5)], [(-1, 8.5), (11, 8.5)]]
+    return [*map(Line, sides), Line([(-0.5, 4), (end, 4)], statuses=statuses)]
+
+
+@pytest.mark.parametrize('end', [10.5, 9.95])  # on the frame's middle, and a sample before it
+def test_a_strand_that_ends_on_another_is_known_up_to_there(end: float) -> None:
+    ends = {(0.0, 0.6): Status.JUNCTION, (10.4, 11.0): Status.JUNCTION}
+    pores = pores_of(printed(frame_with_a_strand(ends, end)))
+    assert len(pores) == 2
+    for pore in pores:
+        assert pore.area == pytest.approx(35 * MM**2, rel=1e-3)
+        assert pore.printability == pytest.approx(27**2 / (16 * 35), abs=1e-3)
+        assert 0 < pore.interpolated < 0.02
+
+
+def test_single_samples_beside_a_crossing_are_interpolated_with_it() -> None:
+    ends = {(0.0, 0.6): Status.JUNCTION, (0.7, 0.7): Status.LOW_CONFIDENCE,
+            (10.4, 11.0): Status.JUNCTION, (10.3, 10.3): Status.LOW_CONFIDENCE}
+    pores = pores_of(printed(frame_with_a_strand(ends)))
+    assert [pore.area / MM**2 for pore in pores] == pytest.approx([35, 35], rel=1e-3)
+    two = ends | {(10.2, 10.3): Status.LOW_CONFIDENCE}
+    assert np.isnan([pore.area for pore in pores_of(printed(frame_with_a_strand(two)))]).all()
+
+
+@pytest.mark.parametrize('ends', [
+    {(8.0, 11.0): Status.JUNCTION}, {(10.4, 11.0): Status.OCCLUDED}])
+def test_an_end_that_is_not_seen_for_long_or_hidden_is_not_told(
+        ends: dict[tuple[float, float], Status]) -> None:
+    pores = pores_of(printed(frame_with_a_strand(ends)))
+    assert [np.isfinite(pore.area) for pore in pores] == [False, False]
+
+
 @pytest.mark.parametrize('status', [Status.OCCLUDED, Status.NO_DATA, Status.LOW_CONFIDENCE])
 def test_what_is_not_seen_is_not_told(status: Status) -> None:
     lines = lattice()
