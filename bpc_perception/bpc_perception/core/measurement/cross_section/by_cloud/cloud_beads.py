@@ -34,7 +34,10 @@ from bpc_perception.core.measurement.scale import steady_window
 from bpc_perception.core.measurement.side_points import Columns
 
 POOLED_M = 1e-3  # to either side along the path
-FOLDS, ROUNDS = 3, 2  # of finding what beads look like, and of moving each to where it fits
+FOLDS = 3  # of finding what beads look like
+# Of moving each bead to where it fits, while it is learned what beads look like and at last; and
+# of leaving out what lies far off. A neck that is half as wide as what is around takes five moves.
+FIRST_MOVES, MOVES, ROUNDS = 2, 5, 2
 FITTED = 1.6  # of half a width: so much of the bed counts, too
 WIDER = 1.5  # than they seem at first, beads are at most
 STEP = 0.04  # of half a width, over which slopes of the section are taken
@@ -190,7 +193,7 @@ def find_cloud_beads(sections: Sections, lean: Array, pictured: Lines | None = N
         model, start = _learned(some, points, start, pictured is not None)
     if model is None:
         return _unknown(len(lean)), None
-    beads = _fitted(points, start, model)
+    beads = _fitted(points, start, model, MOVES)
     return beads.at(np.interp(np.arange(len(lean)), rows, np.arange(len(rows)))), model
 
 
@@ -245,7 +248,8 @@ def _learned(sections: Sections, points: _Points, start: Lines,
     model: BeadModel | None = None
     for _ in range(1 if edges_seen else FOLDS):
         if model is not None:
-            start = start.or_else(_fitted(points, start, model).lines).steady(sections)
+            start = start.or_else(
+                _fitted(points, start, model, FIRST_MOVES).lines).steady(sections)
         model, start = _folded(points, start, edges_seen)
         if model is None:
             break
@@ -278,16 +282,17 @@ def _folded(points: _Points, lines: Lines,
             lines.moved(np.nan_to_num(shift) * points.away, np.nan_to_num(wider, nan=1.0)))
 
 
-def _fitted(points: _Points, start: Lines, model: BeadModel) -> CloudBeads:
+def _fitted(points: _Points, start: Lines, model: BeadModel, moves: int) -> CloudBeads:
     """Move and widen beads until they fit the points around them.
 
     Args:
         points: across K path points.
         start: about where the beads are; none is far from it.
         model: what they look like.
+        moves: how often.
     """
     change, sigma = np.zeros((len(start.half), 4)), np.full(len(start.half), np.nan)
-    for _ in range(ROUNDS):
+    for _ in range(moves):
         found = _change(points, start, change, model)
         change, sigma = found.values, 2 * SIGMA_GAIN * np.sqrt(found.covariance[:, HALF, HALF])
     middle, half = start.middle + change[:, PLACE], start.half + change[:, HALF]

@@ -29,12 +29,12 @@ NOISE_M = 0.045 * MM
 
 
 def bead(middle: Array | float = 0.0, ratio: float = 0.35, exponent: float = 1.8,
-         depth: float = 0.0, lean: float = 0.0) -> Sections:
+         depth: float = 0.0, lean: float = 0.0, width: Array = WIDTH) -> Sections:
     """A bead on a bed; rays lean to the left, and light goes into it."""
     rng = np.random.default_rng(3)
     fine = np.linspace(-3 * MM, 3 * MM, 1200)
-    u = np.abs(fine - np.reshape(middle, (-1, 1))) / (WIDTH / 2)[:, None]
-    z = ratio * WIDTH[:, None] * np.maximum(1 - u**exponent, 0.0)**(1 / exponent)
+    u = np.abs(fine - np.reshape(middle, (-1, 1))) / (width / 2)[:, None]
+    z = ratio * width[:, None] * np.maximum(1 - u**exponent, 0.0)**(1 / exponent)
     z = z - depth * (u < 1)
     # A ray that meets the bed at an offset meets the surface where place + height * lean is that.
     height = np.empty((COUNT, len(OFFSET)))
@@ -63,6 +63,17 @@ def compare(found: CloudBeads) -> None:
 def test_widths_are_those_of_beads_whatever_their_colour(ratio: float, exponent: float,
                                                          lean: float) -> None:
     compare(beads_in(bead(ratio=ratio, exponent=exponent, lean=lean), lean))
+
+
+@pytest.mark.parametrize('ratio', [0.35, 0.5])
+def test_a_neck_is_as_narrow_as_it_is(ratio: float) -> None:
+    """It is told as the mean of the millimetre on either side, from which points are taken."""
+    off = ALONG - ALONG.mean()
+    dip = np.where(np.abs(off) < 3 * MM, np.cos(np.pi * off / (6 * MM))**2, 0.0)
+    width = WIDTH * (1 - 0.4 * dip)
+    found = beads_in(bead(ratio=ratio, width=width), pictured=Lines(np.zeros(COUNT), width / 2))
+    in_neck = found.width[np.abs(off) < 0.2 * MM].mean()
+    assert in_neck == pytest.approx(width[np.abs(off) < 1 * MM].mean(), abs=0.12 * MM)
 
 
 def test_beads_are_found_beside_their_path() -> None:
