@@ -16,7 +16,9 @@ LARGEST_MAP_CELLS = 1000  # along its longer side
 # in the open farther out, where nothing that lies beside the bead is taken for bed.
 CLOSE_BED, OPEN_BED_GAIN = 0.85, 0.35
 NEIGHBOURS = 4  # path points that are near to a place on their own pass
-LEAST_NEARING = 0.6  # of the way outward, by which a section comes nearer to another pass
+# Of the way outward, by which a section comes nearer to another pass, that crosses the own one at
+# less than 53 degrees: where they cross more squarely, the section runs beside it.
+LEAST_NEARING = 0.6
 
 
 @dataclass(frozen=True)
