@@ -42,6 +42,7 @@ setup(
         'page': ['nicegui'],  # --page
         'printability': ['shapely'],  # bpc printability
         'tables': ['openpyxl'],  # --xlsx
+        'window': ['statsmodels'],  # bpc window
         'test': ['pytest'],  # tells `colcon test` to run pytest
     },
     zip_safe=False,

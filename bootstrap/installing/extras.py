@@ -23,12 +23,14 @@ EXTRAS = {
     'printability': ('printability and testprint', 0.1e9),
     'tables': ('--xlsx', 0.1e9),
     'tests': ('test and env', 0.6e9),
+    'window': ('window', 0.4e9),
 }
 ALL = frozenset(EXTRAS)
 NEEDED_BY_COMMAND = {
     'batch': {'batch'},
     'printability': {'printability'},
     'testprint': {'printability'},
+    'window': {'window'},
     'test': ALL,
     'env': ALL,
 }

@@ -33,7 +33,7 @@ COMMANDS = {name: f'bpc_perception.cli.{place}' for name, place in (
     ('replay', 'replay:replay'), ('live', 'live:live'), ('record', 'record:record'),
     ('recover', 'recover:recover'), ('batch', 'batch:batch'), ('compare', 'compare:compare'),
     ('printability', 'printability.command:printability'), ('testprint', 'testprint:app'),
-    ('check', 'check:check'), ('calibrate', 'calibrate:app'))}
+    ('window', 'window.command:window'), ('check', 'check:check'), ('calibrate', 'calibrate:app'))}
 
 
 def command_line(words: Sequence[str] | None = None) -> typer.Typer:

@@ -19,6 +19,7 @@ WILDCARDS = ('*', '**')
 OF_EVERY_NODE = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
 NODES = ('bag_player', 'bag_recorder', 'camera_driver', 'extruder_bridge', 'page',
          'path_recorder', 'results_writer', 'thickness')
+PRINT_SETTINGS = 'print_settings'  # of the printer: bpc window writes them for people
 
 
 class ParameterFileError(ValueError):
@@ -82,7 +83,7 @@ def name_other_sections(file: str | Path | None) -> None:
     """
     others = [] if file is None else [
         section.name for section in _sections(Path(file))
-        if section.node not in (*NODES, *WILDCARDS)]
+        if section.node not in (*NODES, *WILDCARDS, PRINT_SETTINGS)]
     if others:
         logger.warning('%s: expected sections for %s, found %s as well: no node of bpc reads that',
                        file, ', '.join(NODES), ', '.join(others))

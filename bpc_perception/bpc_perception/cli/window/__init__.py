@@ -1,0 +1,1 @@
+"""``bpc window``: its command and its tables."""
