@@ -31,6 +31,7 @@ NEEDED_BY_COMMAND = {
     'printability': {'printability'},
     'testprint': {'printability'},
     'window': {'window'},
+    'study windows': {'window'},
     'test': ALL,
     'env': ALL,
 }
@@ -41,7 +42,8 @@ def needed(arguments: Sequence[str]) -> set[str]:
     """Return the extras that a command line needs."""
     if '--help' in arguments or not arguments:
         return set()
-    found = set(NEEDED_BY_COMMAND.get(arguments[0], ()))
+    commands = arguments[0], ' '.join(arguments[:2])
+    found: set[str] = set().union(*(NEEDED_BY_COMMAND.get(command, ()) for command in commands))
     return found.union(*(NEEDED_BY_OPTION.get(word, ()) for word in arguments))
 
 

@@ -14,7 +14,8 @@ SOURCE = Path(bpc_perception.__file__).parent
 # What is refused to the user of a command, or to who looks after a rig. The errors of values
 # (core.parameter, core.config) name the values that may be given.
 ROOMS = ('batch', 'cli', 'core/calibration', 'core/capture', 'core/design', 'core/measurement',
-         'core/path', 'core/robot', 'drivers', 'files', 'messages', 'page', 'recording', 'report')
+         'core/path', 'core/robot', 'core/window', 'drivers', 'files', 'messages', 'page',
+         'recording', 'report')
 TELLING = ('expected one of', 'TOPIC:=OTHER', 'as in the camera info', 'region: ',
            'reasons', 'refusals', 'choose')  # such are within
 # What these say is within a line of others, who know where it comes from.

@@ -33,7 +33,8 @@ WITHOUT_KEY = {'mcap', 'rosbags', 'lz4', 'zstandard', 'ticlib', 'plotly', 'apsw'
 # What NiceGUI stands on, and the page with it.
 WITHOUT_KEY |= {'fastapi', 'starlette', 'uvicorn'}
 # Extras in setup.py, imported when asked for.
-EXTRAS = {'matplotlib', 'dask', 'distributed', 'mitsuba', 'openpyxl', 'pyarrow', 'shapely'}
+EXTRAS = {'matplotlib', 'dask', 'distributed', 'mitsuba', 'openpyxl', 'pyarrow', 'shapely',
+          'statsmodels'}
 # The floor plan. A module imports from its own room and from those above it in this list, never
 # from those below. A room within a room may stand apart: the longest name that fits counts.
 FLOOR_PLAN = {
@@ -41,7 +42,8 @@ FLOOR_PLAN = {
         'core.arrays', 'core.geometry', 'core.filters', 'core.parameter', 'core.robot',
         'core.capture.colour_space', 'core.config', 'core.extruder', 'core.capture', 'core.path',
         'core.targets', 'core.stroke_ends', 'core.profile', 'core.amounts', 'core.design',
-        'core.printability', 'core.testprints', 'core.measurement.view', 'core.measurement.bed',
+        'core.printability', 'core.testprints', 'core.window', 'core.measurement.view',
+        'core.measurement.bed',
         'core.measurement.scale', 'core.measurement.side_points', 'core.measurement.verdicts',
         'core.measurement.samples', 'core.measurement.track', 'core.measurement.kept',
         'core.measurement.cross_section.sections', 'core.measurement.cross_section.appearance',

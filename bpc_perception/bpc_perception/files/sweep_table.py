@@ -91,17 +91,20 @@ def _rows(text: str) -> list[tuple[int, dict[str, str]]]:
     try:
         for cells in reader:
             cells = [cell.strip() for cell in cells]
+            if not any(cells):
+                continue
             if not names:
                 names = _names(cells)
             elif len(cells) != len(names):
                 raise _CellError(reader.line_num, f'{len(names)} cells', str(len(cells)),
                                  'leave a cell empty for what is not known')
-            elif any(cells):
+            else:
                 rows.append((reader.line_num, {
                     key: _with_point(cell, separator)
                     for key, cell in zip(names, cells, strict=True)}))
     except csv.Error as error:
-        raise _CellError(reader.line_num, 'a table as CSV', str(error), 'save it as that') from error
+        raise _CellError(reader.line_num, 'a table as CSV', str(error),
+                         'save it as that') from error
     if not names:
         raise _CellError(1, 'the names of the columns', 'nothing', f'write {",".join(COLUMNS)}')
     if not rows:

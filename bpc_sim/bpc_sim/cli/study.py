@@ -16,7 +16,7 @@ from bpc_sim.cli.parts.rows import check_file, table, write_json
 def study(
     name: Annotated[str, typer.Argument(
         help='Which: table1, resolution, thickness, hardware, stress, peers, closedloop, '
-        'misfortunes, layers, raytraced or verdicts.')],
+        'misfortunes, layers, raytraced, verdicts or windows.')],
     json_file: Annotated[Path | None, typer.Option(
         '--json', metavar='FILE', help='Write the rows as a list of flat objects.')] = None,
     plot: Annotated[Path | None, typer.Option(

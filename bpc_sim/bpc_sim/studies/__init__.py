@@ -15,6 +15,7 @@ from bpc_sim.studies.raytraced_study import RAYTRACED
 from bpc_sim.studies.stress_study import STRESS_SCENES
 from bpc_sim.studies.study_runner import Row, Study
 from bpc_sim.studies.verdicts.study import VERDICTS
+from bpc_sim.studies.windows.study import WINDOWS
 
 __all__ = ['STUDIES', 'Row', 'Study']
 
@@ -30,4 +31,5 @@ STUDIES: dict[str, Study[Any, Any]] = {
     'layers': LAYERS,
     'raytraced': RAYTRACED,
     'verdicts': VERDICTS,
+    'windows': WINDOWS,
 }

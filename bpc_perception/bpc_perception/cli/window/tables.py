@@ -10,12 +10,13 @@ from rich.table import Table
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.window.assess import InkWindow
 from bpc_perception.core.window.window import MET
-from bpc_perception.core.window.words import at, several
+from bpc_perception.core.window.words import several
 from bpc_perception.display.plain_json import plain
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.report.window.rows import DRIVES, law, Row, settings, speed_rows
 
 ROWS = 7  # speeds in the table
+UNITS = {'mm3_s': 'mm³/s', 'kpa': 'kPa'}
 
 
 def show(terminal: Terminal, window: InkWindow) -> None:
@@ -44,15 +45,17 @@ def recommendation(window: InkWindow) -> str:
     width = window.expected['width']
     low, high = (width.interval[0] * MM_PER_M).tolist()
     value = float(width.value[0]) * MM_PER_M
-    setting = at(window.proven.drive, window.drive, window.speed)
+    values = settings(window)
+    name, unit, _ = DRIVES[window.proven.drive]
+    setting = f'{values[f"{name}_{unit}"]:.4g} {UNITS[unit]} with {values["speed_mm_s"]:g} mm/s'
     return (f'recommended: {setting}: {value:.3f} ± {value * float(width.mean_sigma[0]):.3f} mm, '
             f'a line {low:.3f} to {high:.3f} mm (95 %); within tolerance with a chance of '
-            f'{100 * window.chance:.1f} %')
+            f'{min(100 * window.chance, 99.9):.1f} %')
 
 
 def _table(window: InkWindow, rows: list[Row]) -> Table:
     name, unit, _ = DRIVES[window.proven.drive]
-    shown = {'mm3_s': 'mm³/s', 'kpa': 'kPa'}[unit]
+    shown = UNITS[unit]
     wanted = window.wanted
     columns = {
         'speed_mm_s': 'speed [mm/s]', f'{name}_low_{unit}': f'{name} from [{shown}]',

@@ -12,7 +12,8 @@ from bpc_perception.core.window.model import Model
 from bpc_perception.core.window.sweep import column, WindowError
 from bpc_perception.core.window.words import several
 
-CONTRADICTED = 1e-3  # p, below which the model is refused
+CONTRADICTED = 0.005  # p, below which the model is refused
+MATTERS = 0.01  # of a width; less than this contradicts nothing
 STRANGE = 0.01  # p, after Bonferroni, below which a line does not fit to the others
 MOST_NAMED = 3
 
@@ -37,11 +38,14 @@ def strangers(model: Model) -> list[Stranger]:
 
     [Cook and Weisberg 1982, 2.2.2; Bonferroni for the number of lines]
     """
-    white = OLS(model.fit.model.wendog, model.fit.model.wexog).fit()
+    fit = model.best.fit
+    if np.abs(np.asarray(fit.resid)).max() < MATTERS:
+        return []
+    white = OLS(fit.model.wendog, fit.model.wexog).fit()
     found = np.asarray(white.outlier_test(method='bonf'))
     # What the line says less what the others expect there.
     leverage = white.get_influence().hat_matrix_diag
-    deviation = np.expm1(np.asarray(model.fit.resid) / (1 - leverage))
+    deviation = np.expm1(np.asarray(fit.resid) / (1 - leverage))
     named = zip(model.lines, deviation.tolist(), found[:, 2].tolist(), strict=True)
     return [Stranger(line.name, share, p) for line, share, p in named if p < STRANGE]
 
@@ -51,8 +55,9 @@ def expect_agreement(model: Model) -> None:
     p = min(bend(model), lack_of_fit(model))
     if p > CONTRADICTED:
         return
-    residual = np.asarray(model.fit.resid)
-    worst = np.argsort(-np.abs(residual * np.sqrt(model.fit.model.weights)))[:MOST_NAMED]
+    fit = model.best.fit
+    residual = np.asarray(fit.resid)
+    worst = np.argsort(-np.abs(residual * np.sqrt(fit.model.weights)))[:MOST_NAMED]
     shares = several(f'{model.lines[index].name} ({100 * np.expm1(residual[index]):+.0f} %)'
                      for index in worst)
     raise WindowError(
@@ -66,9 +71,10 @@ def bend(model: Model) -> float:
 
     The squares and cubes of what was fitted would explain nothing of a model that is right.
     """
-    fitted = np.asarray(model.fit.fittedvalues)
+    fit = model.best.fit
+    fitted = np.asarray(fit.fittedvalues)
     about = (fitted - fitted.mean()) / max(float(np.ptp(fitted)), 1e-9)
-    return _gained(model, np.column_stack((model.fit.model.exog, about**2, about**3)))
+    return _gained(model, np.column_stack((fit.model.exog, about**2, about**3)))
 
 
 def lack_of_fit(model: Model) -> float:
@@ -86,11 +92,18 @@ def lack_of_fit(model: Model) -> float:
 
 
 def _gained(model: Model, terms: Array) -> float:
-    """Return p of the F test that wider terms (N, P) explain no more than the model's."""
-    own = np.linalg.matrix_rank(model.fit.model.exog)
+    """Return p of the F test that wider terms (N, P) explain no more than the model's.
+
+    1 = they change what the model expects by less than MATTERS, or cannot be told apart.
+    """
+    fit = model.best.fit
+    own = np.linalg.matrix_rank(fit.model.exog)
     wider = np.linalg.matrix_rank(terms)
     if wider <= own or len(terms) <= wider:
         return 1.0
-    restricted, full = (WLS(model.fit.model.endog, chosen, weights=model.fit.model.weights).fit()
-                        for chosen in (model.fit.model.exog, terms))
+    restricted, full = (WLS(fit.model.endog, chosen, weights=fit.model.weights).fit()
+                        for chosen in (fit.model.exog, terms))
+    change = np.asarray(full.fittedvalues - restricted.fittedvalues)
+    if float(np.sqrt(np.mean(change**2))) < MATTERS:
+        return 1.0
     return float(full.compare_f_test(restricted)[1])

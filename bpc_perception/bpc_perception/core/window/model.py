@@ -1,8 +1,10 @@
 """Width, height or area as a law of flow or pressure, speed and temperature.
 
 The logarithm is a sum of terms, with weights by the uncertainty of each line and the scatter from
-line to line. Which terms the lines support, Akaike's criterion for few data (AICc) says
-[Burnham and Anderson 2002, 2.4].
+line to line. How well the lines support which terms, Akaike's criterion for few data (AICc) says.
+Predictions are means of all candidates, with weights by it, so that a bend that few lines show
+counts in part, and what is not sure of the terms is in the uncertainty
+[Burnham and Anderson 2002, 2.4 and 4.3; Buckland et al. 1997].
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student_t
+from scipy.stats import norm
 from statsmodels.regression.linear_model import WLS
 from statsmodels.tools.eval_measures import aicc
 
@@ -24,6 +26,7 @@ from bpc_perception.core.window.terms import candidates, Scale
 
 LEAST_FREE = 4  # degrees of freedom beside the terms
 LEVEL = 0.95  # of intervals
+LEAST_WEIGHT = 1e-3  # of a candidate that counts
 
 
 @dataclass(frozen=True)
@@ -34,13 +37,11 @@ class Prediction:
         value: expected, median of lines [m or m^2].
         mean_sigma: 1-sigma uncertainty of ``value``, as a share of it.
         spread: standard deviation of a new line about ``value``, as a share of it.
-        free: degrees of freedom of both.
     """
 
     value: Array
     mean_sigma: Array
     spread: Array
-    free: int
 
     @property
     def interval(self) -> Array:
@@ -49,18 +50,36 @@ class Prediction:
 
     @property
     def mean_interval(self) -> Array:
-        """Between which values (N, 2) the mean of many lines is with LEVEL [m or m^2]."""
+        """Between which values (N, 2) the median of many lines is with LEVEL [m or m^2]."""
         return self._within(self.mean_sigma)
 
     def chance(self, low: float, high: float) -> Array:
         """Return the chance (N,) that a new line is between two values [m or m^2]."""
-        law = student_t(self.free)
         above, below = (np.log(limit / self.value) / self.spread for limit in (high, low))
-        return np.asarray(law.cdf(above) - law.cdf(below))
+        return np.asarray(norm.cdf(above) - norm.cdf(below))
 
     def _within(self, sigma: Array) -> Array:
-        reach = float(student_t.ppf(0.5 + LEVEL / 2, self.free)) * sigma
+        reach = float(norm.ppf(0.5 + LEVEL / 2)) * sigma
         return np.stack((self.value * np.exp(-reach), self.value * np.exp(reach)), axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Terms that were fitted to lines.
+
+    Attributes:
+        name: of the terms.
+        names: of each term beside constant and temperature.
+        weight: how well the lines support it; those of all make 1.
+        scatter: standard deviation from line to line, as a share.
+        fit: of statsmodels.
+    """
+
+    name: str
+    names: tuple[str, ...]
+    weight: float
+    scatter: float
+    fit: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,42 +88,57 @@ class Model:
 
     Attributes:
         of: what it tells, an attribute of SweepLine.
-        candidate: name of the terms that were chosen.
-        names: of the terms beside constant and temperature.
-        scale: where they are nought.
+        scale: where terms are nought.
         drive: what pushes the ink out.
-        scatter: standard deviation from line to line, as a share.
         lines: those that it is fitted to.
-        fit: of statsmodels.
+        candidates: terms that count, the best first.
     """
 
     of: str
-    candidate: str
-    names: tuple[str, ...]
     scale: Scale
     drive: Drive
-    scatter: float
     lines: tuple[SweepLine, ...]
-    fit: Any
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def best(self) -> Candidate:
+        """The candidate that the lines support best."""
+        return self.candidates[0]
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation from line to line, as a share."""
+        return math.sqrt(sum(each.weight * each.scatter**2 for each in self.candidates))
 
     def predict(self, drive: Array, speed: Array, temperature: float) -> Prediction:
         """Return what is expected at settings (N,) [m^3/s or Pa, m/s] and a temperature [K]."""
-        terms = self.scale.terms(self.names, drive, speed, np.full(len(drive), temperature))
-        # A new line has the scatter, and no uncertainty of a measurement.
-        found = self.fit.get_prediction(terms, weights=self.scatter**-2, transform=False)
-        return Prediction(np.exp(np.asarray(found.predicted_mean)), np.asarray(found.se_mean),
-                          np.asarray(found.se_obs), int(self.fit.df_resid))
+        degrees = np.full(len(drive), temperature)
+        found = []
+        for each in self.candidates:
+            terms = self.scale.terms(each.names, drive, speed, degrees)
+            # A new line has the scatter, and no uncertainty of a measurement.
+            told = each.fit.get_prediction(terms, weights=each.scatter**-2, transform=False)
+            found.append((told.predicted_mean, told.var_pred_mean,
+                          np.square(told.se_obs)))
+        value, mean, line = np.moveaxis(np.array(found), 1, 0)  # each (C, N)
+        weights = np.array([each.weight for each in self.candidates])
+        expected = weights @ value
+        apart = (value - expected)**2
+        return Prediction(np.exp(expected), np.sqrt(weights @ (mean + apart)),
+                          np.sqrt(weights @ (line + apart)))
 
     @property
     def coefficients(self) -> dict[str, tuple[float, float]]:
-        """Value and 1-sigma uncertainty of each term's coefficient; of ``1``, ln of SI units."""
-        names = ['1', *self.names, *(['1000/T'] if math.isfinite(self.scale.temperature) else [])]
-        pairs = zip(self.fit.params.tolist(), self.fit.bse.tolist(), strict=True)
+        """Value and 1-sigma uncertainty of the best terms' coefficients; ``1``: ln of SI units."""
+        names = ['1', *self.best.names,
+                 *(['1000/T'] if math.isfinite(self.scale.temperature) else [])]
+        fit = self.best.fit
+        pairs = zip(fit.params.tolist(), fit.bse.tolist(), strict=True)
         return dict(zip(names, pairs, strict=True))
 
 
 def fit_model(lines: Sequence[SweepLine], of: str, drive: Drive, by_temperature: bool) -> Model:
-    """Fit the candidate that the lines support best, to those of which the value is known.
+    """Fit all candidates that lines are enough for, to those of which the value is known.
 
     Args:
         lines: of a sweep, of which enough are known.
@@ -113,25 +147,36 @@ def fit_model(lines: Sequence[SweepLine], of: str, drive: Drive, by_temperature:
         by_temperature: whether the temperature counts.
     """
     known = [line for line in lines if math.isfinite(getattr(line, of))]
-    values = np.log(column(known, of))
-    sigma = relative_sigma(known, of)
+    values, sigma = np.log(column(known, of)), relative_sigma(known, of)
     pushed, speed = column(known, drive.value), column(known, 'speed')
     temperature = column(known, 'temperature')
     scale = Scale(_middle(pushed), _middle(speed),
                   float(temperature.mean()) if by_temperature else math.nan)
+    named = candidates(drive)
+    terms = {name: scale.terms(names, pushed, speed, temperature) for name, names in named.items()}
+    terms = {name: made for name, made in terms.items()
+             if len(values) - made.shape[1] >= LEAST_FREE}
+    weights = _weights({name: float(aicc(log_likelihood(values, made, sigma), len(values),
+                                         made.shape[1] + 1)) for name, made in terms.items()})
+    return Model(of, scale, drive, tuple(known), tuple(
+        _fitted(name, named[name], weight, values, terms[name], sigma)
+        for name, weight in weights.items()))
 
-    def criterion(names: tuple[str, ...]) -> float:
-        terms = scale.terms(names, pushed, speed, temperature)
-        likelihood = log_likelihood(values, terms, sigma)
-        return float(aicc(likelihood, len(values), terms.shape[1] + 1))
 
-    fitting = {name: terms for name, terms in candidates(drive).items()
-               if len(values) - len(terms) - 1 - by_temperature >= LEAST_FREE}
-    chosen = min(fitting, key=lambda name: criterion(fitting[name]))
-    terms = scale.terms(fitting[chosen], pushed, speed, temperature)
+def _weights(criterion: dict[str, float]) -> dict[str, float]:
+    """Return Akaike's weights of the candidates that count, the best first."""
+    least = min(criterion.values())
+    support = {name: math.exp((least - criterion[name]) / 2)
+               for name in sorted(criterion, key=lambda name: criterion[name])}
+    kept = {name: each for name, each in support.items() if each >= LEAST_WEIGHT}
+    return {name: each / sum(kept.values()) for name, each in kept.items()}
+
+
+def _fitted(name: str, names: tuple[str, ...], weight: float, values: Array, terms: Array,
+            sigma: Array) -> Candidate:
     scatter = scatter_of(values, terms, sigma)
     fit = WLS(values, terms, weights=1 / (sigma**2 + scatter**2)).fit(cov_type='fixed scale')
-    return Model(of, chosen, fitting[chosen], scale, drive, scatter, tuple(known), fit)
+    return Candidate(name, names, weight, scatter, fit)
 
 
 def relative_sigma(lines: Sequence[SweepLine], of: str) -> Array:

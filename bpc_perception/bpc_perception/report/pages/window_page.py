@@ -49,7 +49,7 @@ def render(window: InkWindow, sources: Sequence[str]) -> str:
         rows=[[value for name, value in row.items() if not _is_detail(name)]
               for row in rows[::max(1, len(rows) // (ROWS - 1))]],
         target=window.wanted.width * MM_PER_M, tolerance=100 * window.wanted.tolerance,
-        chance=100 * window.chance, least_chance=100 * MET,
+        chance=min(100 * window.chance, 99.9), least_chance=100 * MET,
         strangers=[(each.name, 100 * each.deviation) for each in window.strangers],
         failed=[line.name for line in window.lines if not math.isfinite(line.width)])
 

@@ -154,8 +154,8 @@ def window_json(window: InkWindow, sources: Sequence[str]) -> str:
         'lines': len(window.lines), 'lines_without_width': without,
         'settings': settings(window),
         'models': {of: {
-            'law': law(model), 'terms': model.candidate, 'lines': len(model.lines),
-            'scatter': model.scatter, 'degrees_of_freedom': int(model.fit.df_resid),
+            'law': law(model), 'lines': len(model.lines), 'scatter': model.scatter,
+            'weights': {each.name: each.weight for each in model.candidates},
             'coefficients': {name: {'value': value, 'sigma': sigma}
                              for name, (value, sigma) in model.coefficients.items()},
         } for of, model in window.models.items()},

@@ -1,0 +1,1 @@
+"""Windows of inks whose laws are known: whether the recommended setting meets the target."""
