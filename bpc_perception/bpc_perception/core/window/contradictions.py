@@ -12,7 +12,7 @@ from bpc_perception.core.window.model import Model
 from bpc_perception.core.window.sweep import column, WindowError
 from bpc_perception.core.window.words import several
 
-CONTRADICTED = 0.005  # p, below which the model is refused
+CONTRADICTED = 1e-3  # p, below which the model is refused
 MATTERS = 0.01  # of a width; less than this contradicts nothing
 STRANGE = 0.01  # p, after Bonferroni, below which a line does not fit to the others
 MOST_NAMED = 3

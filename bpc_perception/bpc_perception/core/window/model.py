@@ -71,7 +71,11 @@ class Candidate:
         name: of the terms.
         names: of each term beside constant and temperature.
         weight: how well the lines support it; those of all make 1.
-        scatter: standard deviation from line to line, as a share.
+        scatter: standard deviation from line to line beyond what the uncertainties of the widths
+            tell, as a share; weights are made with it.
+        seen: standard deviation of the widths as they were measured, as a share. That of a new
+            line is taken to be as large: uncertainties that are too large, or alike for all
+            lines, must not make it smaller.
         fit: of statsmodels.
     """
 
@@ -79,6 +83,7 @@ class Candidate:
     names: tuple[str, ...]
     weight: float
     scatter: float
+    seen: float
     fit: Any
 
 
@@ -107,8 +112,8 @@ class Model:
 
     @property
     def scatter(self) -> float:
-        """Standard deviation from line to line, as a share."""
-        return math.sqrt(sum(each.weight * each.scatter**2 for each in self.candidates))
+        """Standard deviation from line to line as measured, as a share."""
+        return math.sqrt(sum(each.weight * each.seen**2 for each in self.candidates))
 
     def predict(self, drive: Array, speed: Array, temperature: float) -> Prediction:
         """Return what is expected at settings (N,) [m^3/s or Pa, m/s] and a temperature [K]."""
@@ -116,10 +121,8 @@ class Model:
         found = []
         for each in self.candidates:
             terms = self.scale.terms(each.names, drive, speed, degrees)
-            # A new line has the scatter, and no uncertainty of a measurement.
-            told = each.fit.get_prediction(terms, weights=each.scatter**-2, transform=False)
-            found.append((told.predicted_mean, told.var_pred_mean,
-                          np.square(told.se_obs)))
+            told = each.fit.get_prediction(terms, weights=each.seen**-2, transform=False)
+            found.append((told.predicted_mean, told.var_pred_mean, np.square(told.se_obs)))
         value, mean, line = np.moveaxis(np.array(found), 1, 0)  # each (C, N)
         weights = np.array([each.weight for each in self.candidates])
         expected = weights @ value
@@ -176,7 +179,8 @@ def _fitted(name: str, names: tuple[str, ...], weight: float, values: Array, ter
             sigma: Array) -> Candidate:
     scatter = scatter_of(values, terms, sigma)
     fit = WLS(values, terms, weights=1 / (sigma**2 + scatter**2)).fit(cov_type='fixed scale')
-    return Candidate(name, names, weight, scatter, fit)
+    return Candidate(name, names, weight, scatter,
+                     scatter_of(values, terms, np.zeros(len(values))), fit)
 
 
 def relative_sigma(lines: Sequence[SweepLine], of: str) -> Array:

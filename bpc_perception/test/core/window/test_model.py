@@ -50,15 +50,16 @@ def test_a_bend_is_followed_where_lines_show_it() -> None:
 def test_scatter_and_uncertainty_are_as_large_as_what_was_drawn() -> None:
     model, found = expected(sweep(scatter=0.03, seed=3), 2, 10)
     assert model.scatter == pytest.approx(0.03, rel=0.4)
-    assert found.spread[0] > model.best.scatter * 0.9
+    assert found.spread[0] > model.scatter
     # At the middle of 25 lines the mean is about five times as sure as one line.
     assert found.mean_sigma[0] == pytest.approx(model.scatter / 5, rel=0.6)
 
 
-def test_what_measurements_explain_is_no_scatter() -> None:
-    told, _ = expected(sweep(scatter=0.03, sigma=0.03, seed=3), 2, 10)
-    untold, _ = expected(sweep(scatter=0.03, seed=3), 2, 10)
-    assert told.scatter < 0.7 * untold.scatter
+def test_uncertainties_that_explain_the_scatter_do_not_make_a_new_line_surer() -> None:
+    told, of_told = expected(sweep(scatter=0.03, sigma=0.03, seed=3), 2, 10)
+    untold, of_untold = expected(sweep(scatter=0.03, seed=3), 2, 10)
+    assert told.best.scatter < 0.7 * untold.best.scatter
+    assert of_told.spread[0] == pytest.approx(of_untold.spread[0], rel=0.05)
 
 
 def test_scatter_without_measurement_errors_is_that_of_students_t() -> None:
