@@ -11,6 +11,7 @@ import pytest
 
 from bpc_perception.files.sweep_table import COLUMNS
 from bpc_system_tests.parts.command_line import refusal, run, SAMPLE, succeed
+from bpc_system_tests.parts.ros_graph import own_domain
 
 pytestmark = [pytest.mark.system]
 TARGET_MM = 0.7
@@ -54,17 +55,21 @@ def test_the_recommended_setting_is_right_by_geometry(tmp_path: Path) -> None:
         assert any(row['flow_mm3_s'] for row in csv.DictReader(stream))
 
 
+@pytest.mark.ros
 def test_its_settings_file_is_that_of_the_next_measurement(tmp_path: Path) -> None:
-    cell = tmp_path / 'cell.yaml'
-    cell.write_text((SAMPLE / 'params.yaml').read_text() if (SAMPLE / 'params.yaml').exists()
-                    else '{}')
     out, measured = tmp_path / 'out', tmp_path / 'measured'
     succeed('window', write_sweep(tmp_path / 'sweep'), '--target-mm', TARGET_MM, '--tolerance',
-            0.2, '--out', out, '--params', cell, '--quiet')
+            0.2, '--out', out, '--params', SAMPLE / 'params.yaml', '--quiet')
     succeed('measure', SAMPLE, '--params', out / 'next_print.yaml', '--out', measured, '--quiet')
     settings = json.loads((measured / 'summary.json').read_text())['settings']
     assert settings['advice.target_thickness'] == pytest.approx(TARGET_MM * 1e-3)
     assert settings['tolerance.width'] == 0.2
+    # Nobody publishes anything here, so that all but the settings fails.
+    with own_domain():
+        said = run('check', '--handeye', SAMPLE / 'hand_eye.calib', '--params',
+                   out / 'next_print.yaml', '--seconds', 0.5).stdout
+    assert f'OK   target thickness: {TARGET_MM:g} mm' in said
+    assert 'OK   nozzle offset' in said
 
 
 def test_pressure_semicolons_and_several_sweeps(tmp_path: Path) -> None:

@@ -30,7 +30,8 @@ KNOWN = {
     'async-timeout': 'Apache-2.0', 'cffi': 'MIT', 'pycparser': 'BSD-3-Clause',
     'apsw': 'any that the OSI approved', 'empy': 'LGPL-2.1-or-later', 'colorama': 'BSD-3-Clause',
     'coloredlogs': 'MIT', 'exceptiongroup': 'MIT', 'humanfriendly': 'MIT',
-    'pyreadline3': 'BSD-3-Clause', 'pywin32': 'PSF-2.0', 'six': 'MIT', 'tomli': 'MIT',
+    'pyreadline3': 'BSD-3-Clause', 'pytz': 'MIT', 'pywin32': 'PSF-2.0', 'six': 'MIT',
+    'tomli': 'MIT',
     'setuptools': 'MIT', 'ros-fastcdr': 'Apache-2.0', 'ros-fastrtps': 'Apache-2.0',
     'ros-wheels-bootstrapper': 'Apache-2.0'}
 # Each lets a program under Apache-2.0 use the package. With MPL-2.0 changes of the package itself

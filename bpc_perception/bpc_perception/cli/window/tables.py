@@ -9,6 +9,7 @@ from rich.table import Table
 
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.window.assess import InkWindow
+from bpc_perception.core.window.sweep import Drive
 from bpc_perception.core.window.window import MET
 from bpc_perception.core.window.words import several
 from bpc_perception.display.plain_json import plain
@@ -24,6 +25,9 @@ def show(terminal: Terminal, window: InkWindow) -> None:
     failed = [line.name for line in window.lines if not math.isfinite(line.width)]
     terminal.say(f'{len(window.lines)} lines' + (
         f', {len(failed)} without a width: {several(failed)}' if failed else ''))
+    if window.proven.drive == Drive.FLOW and any(math.isfinite(line.pressure)
+                                                 for line in window.lines):
+        terminal.say('the flow is known of all lines: their pressure is not used')
     for model in window.models.values():
         terminal.say(f'{law(model)}; {100 * model.scatter:.1f} % from line to line')
     rows = speed_rows(window)

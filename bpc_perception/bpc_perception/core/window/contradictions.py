@@ -36,7 +36,7 @@ class Stranger:
 def strangers(model: Model) -> list[Stranger]:
     """Return the lines that do not fit: by Studentized residuals without themselves.
 
-    [Cook and Weisberg 1982, 2.2.2; Bonferroni for the number of lines]
+    [Cook and Weisberg 1982, ch. 2; Bonferroni for the number of lines]
     """
     fit = model.best.fit
     if np.abs(np.asarray(fit.resid)).max() < MATTERS:

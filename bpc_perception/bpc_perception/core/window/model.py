@@ -4,7 +4,7 @@ The logarithm is a sum of terms, with weights by the uncertainty of each line an
 line to line. How well the lines support which terms, Akaike's criterion for few data (AICc) says.
 Predictions are means of all candidates, with weights by it, so that a bend that few lines show
 counts in part, and what is not sure of the terms is in the uncertainty
-[Burnham and Anderson 2002, 2.4 and 4.3; Buckland et al. 1997].
+[Burnham and Anderson 2002, ch. 2 and 4; Buckland et al. 1997].
 """
 
 from __future__ import annotations

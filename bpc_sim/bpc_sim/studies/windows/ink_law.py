@@ -97,7 +97,10 @@ class InkLaw:
         return np.array([self.width(float(each), speed) for each in reached])
 
     def _flow_at(self, pressure: float) -> float:
-        """Return the flow of a Herschel-Bulkley fluid through a tube [Chhabra 2008, 3.2.4]."""
+        """Return the flow of a Herschel-Bulkley fluid through a tube.
+
+        [Chhabra and Richardson 2008, ch. 3]
+        """
         wall = pressure * self.radius / (2 * self.length)
         over = wall - self.yield_stress
         if over <= 0:
