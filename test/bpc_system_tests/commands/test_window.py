@@ -15,6 +15,7 @@ from bpc_system_tests.parts.ros_graph import own_domain
 
 pytestmark = [pytest.mark.system]
 TARGET_MM = 0.7
+SPREADING = 1.5
 FLOW_PER_SPEED = math.pi / 8 * TARGET_MM**2  # mm², of a bead that is half a circle
 FLOWS, SPEEDS = (1.0, 1.5, 2.2, 3.3), (5.0, 8.0, 12.0, 18.0)
 
@@ -99,3 +100,21 @@ def test_refusals(tmp_path: Path) -> None:
         'window', sweep, *wanted, '--out', tmp_path)
     assert (tmp_path / 'window.csv').read_text() == 'mine'
     assert run('window', sweep).returncode == 2
+
+
+def test_from_a_test_print_to_the_setting_of_its_ink(tmp_path: Path) -> None:
+    """The bead of the simulated ink is SPREADING times as wide as a round strand."""
+    there, target_mm = tmp_path / 'print', 1.4
+    succeed('testprint', 'lines', '--out', there, '--nozzle-mm', 1, '--bed-mm', '150,150',
+            '--flows-mm3-s', '4,5.5,7.5', '--speeds-mm-s', '6,9,13', '--quiet')
+    succeed('sim', '--design', there / 'lines.csv', '--record', there / 'bag', '--rate', 0.03,
+            '--spreading', SPREADING, '--dead-time', 0.2, '--lag', 0.001, '--quiet')
+    succeed('testprint', 'judge', there / 'bag', '--strokes', there / 'lines_strokes.csv',
+            '--out', there / 'judged', '--quiet')
+    succeed('window', there / 'judged', '--target-mm', target_mm, '--out', there / 'window',
+            '--quiet')
+    found = json.loads((there / 'window' / 'window.json').read_text())['settings']
+    width = SPREADING * math.sqrt(4 / math.pi * found['flow_mm3_s'] / found['speed_mm_s'])
+    assert width == pytest.approx(target_mm, rel=0.03)
+    assert found['start_lag_s'] == pytest.approx(0.2, abs=0.06)
+    assert found['delivered_share'] == pytest.approx(1, abs=0.1)
