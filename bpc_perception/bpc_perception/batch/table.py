@@ -11,6 +11,7 @@ from pyarrow import csv, parquet
 
 from bpc_perception.display.plain_text import table_cell
 from bpc_perception.report.control.tables import moment
+from bpc_perception.report.entries import design_numbers
 from bpc_perception.report.tables.table import Column, Table
 
 TEXTS = {'print_id': 'identifier of the print', 'method': 'method of measurement',
@@ -46,7 +47,9 @@ COLUMNS = (
     Column('verdict', str, 'PASS, FAIL or NOT_ENOUGH_SEEN'),
     Column('defects', int, 'number of defects'),
     Column('time', str, 'time of the capture that is reported, UTC'),
-    Column('height_mean_mm', float, 'mean height'))
+    Column('height_mean_mm', float, 'mean height'),
+    Column('design_off_mm', float, 'how far the middle of the deposit is from the design, 95 %'),
+    Column('layer_fidelity', float, 'share of the design to which ink is near'))
 TYPES = {str: pyarrow.string(), int: pyarrow.int64(), float: pyarrow.float64()}
 
 
@@ -61,7 +64,7 @@ def row(name: str, out: Path, number: int, summary: dict[str, Any]) -> dict[str,
             'print': number, 'captures': len(captures),
             'refused_captures': sum('refusal' in capture for capture in captures),
             'warnings': '; '.join(summary['warnings']), 'time': moment(summary['stamp_ns']),
-            'height_mean_mm': summary['ink']['height_mean_mm']}
+            'height_mean_mm': summary['ink']['height_mean_mm'], **design_numbers(summary)}
 
 
 def failed(name: str, status: int, reason: str) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from bpc_perception.core.inspection.verdict import Verdict
 from bpc_perception.core.profile import Status
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.verdict_words import NAMES
+from bpc_perception.report.entries import design_numbers
 from bpc_perception.report.result_folder import expect_summary, part_of, SUMMARY
 from bpc_perception.report.tables.table import Column as TableColumn, Table
 
@@ -55,6 +56,8 @@ COLUMNS = (
     Column('gap_count', 'gaps', 0),
     Column('gap_length_mm', 'gaps [mm]', 1),
     Column('offset_rms_mm', 'offset RMS [mm]', 3),
+    Column('design_off_mm', 'off design, 95 % [mm]', 3),
+    Column('layer_fidelity', 'layer fidelity [%]', 1, 100),
 )
 
 
@@ -173,7 +176,8 @@ def rows(prints: Sequence[PrintResult]) -> list[dict[str, Any]]:
     """Return a flat row for each print, with the keys of summary.json."""
     return [{'print': print_.name,
              **{column.key: print_.summary.get(column.key) for column in COLUMNS},
-             'target_mm': print_.target_mm, 'verdict': print_.verdict}
+             'target_mm': print_.target_mm, 'verdict': print_.verdict,
+             **design_numbers(print_.summary)}
             for print_ in prints]
 
 

@@ -102,6 +102,18 @@ def design_entry(found: DesignFindings) -> dict[str, Any]:
             found.surplus * MM_PER_M).tolist()]}
 
 
+def design_numbers(summary: dict[str, Any]) -> dict[str, float | None]:
+    """Return from a summary how far a print is from its design; None = not known, or none."""
+    design = summary.get('design')
+    if not isinstance(design, dict) or design.get('refusal'):
+        return {'design_off_mm': None, 'layer_fidelity': None}
+    known = [layer for layer in design['layers'] if layer['fidelity'] is not None]
+    points = sum(layer['known'] for layer in known)
+    fidelity = (sum(layer['fidelity'] * layer['known'] for layer in known) / points if points
+                else None)
+    return {'design_off_mm': design['bead_off']['most_of_95_mm'], 'layer_fidelity': fidelity}
+
+
 def _spread_entry(spread: Spread) -> dict[str, Any]:
     return {'samples': spread.count, 'mean_mm': spread.mean * MM_PER_M,
             'rms_mm': spread.rms * MM_PER_M, 'most_mm': spread.most * MM_PER_M,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bpc_perception.report import comparison
+from bpc_perception.report.entries import design_numbers
 from bpc_perception.report.pages import comparison_page
 
 HEAD = 'arc_length_mm,time_s,x_mm,y_mm,z_mm,thickness_mm,sigma_mm,left_mm,right_mm,status\n'
@@ -131,3 +132,14 @@ def test_without_layers_and_volumes_there_is_no_such_table(tmp_path):
                               left_behind(tmp_path / 'b')])
     assert comparison.layer_rows(prints) == []
     assert 'Layer by layer' not in comparison_page.render(prints)
+
+
+@pytest.mark.parametrize(('design', 'off', 'fidelity'), [
+    (None, None, None), ({'refusal': 'two places'}, None, None),
+    ({'refusal': '', 'bead_off': {'most_of_95_mm': 0.05}, 'layers': []}, 0.05, None),
+    ({'refusal': '', 'bead_off': {'most_of_95_mm': None}, 'layers': [
+        {'fidelity': 1.0, 'known': 30}, {'fidelity': 0.5, 'known': 10},
+        {'fidelity': None, 'known': 0}]}, None, 0.875)])
+def test_how_far_a_print_is_from_its_design_is_told_where_it_is_known(design, off, fidelity):
+    found = design_numbers({'design': design} if design else {})
+    assert found == {'design_off_mm': off, 'layer_fidelity': fidelity}
