@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 import os
 from pathlib import Path
 import re
@@ -13,12 +14,15 @@ from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
 from diagnostic_msgs.msg import DiagnosticStatus
+import numpy as np
 import pytest
 from selenium.common.exceptions import WebDriverException
 from selenium.webdriver import Chrome
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
+from bpc_perception.core.design.comparison import compare_with_design, path_of, WantedDesign
+from bpc_perception.core.design.design import Design, DesignStroke
 from bpc_perception.display.overlay import draw_overlay
 from bpc_system_tests.parts.browser import (
     DESKTOP_PX,
@@ -115,6 +119,21 @@ def test_a_print_is_shown(page: PageUnderTest) -> None:
     page.wait(lambda: page.driver.execute_script(
         'return document.querySelector(".overlay img")?.naturalWidth')
                == draw_overlay(page.results[3]).shape[1])
+
+
+def test_how_far_a_print_is_from_its_design_is_shown(page: PageUnderTest) -> None:
+    """The design is what the last capture has of the path; at the one before it is not over."""
+    before, last = (page.results[number].profile for number in (2, 3))
+    assert before is not None
+    assert last is not None
+    laid = [np.flatnonzero(last.stroke == number) for number in last.strokes.number]
+    wanted = WantedDesign('vase.csv', Design(tuple(
+        DesignStroke(last.points[own], np.full(len(own) - 1, 2e-3)) for own in laid)))
+    found = compare_with_design(before, wanted, path_of(before, False))
+    assert page.text('.design') == ''
+    page.printer.publish(replace(page.results[3], design=found))
+    page.wait(lambda: page.text('.design').startswith('beside its design: nozzle off by up to 0.'))
+    assert re.search(r'layer fidelity \d+%, \d+ mm to come$', page.text('.design'))
 
 
 def test_a_new_capture_is_shown_to_all_who_look(

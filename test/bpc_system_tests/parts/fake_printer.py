@@ -13,12 +13,13 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 
-from bpc_interfaces.msg import PrintVerdict, RateAdvice, ThicknessProfile
+from bpc_interfaces.msg import DesignComparison, PrintVerdict, RateAdvice, ThicknessProfile
 from bpc_perception.core.config import BASE
 from bpc_perception.core.parameter import flatten
 from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
+from bpc_perception.messages.design import design_to_message
 from bpc_perception.messages.profile import profile_to_message
 from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.messages.views import overlay_message
@@ -42,6 +43,7 @@ class FakePrinter:
                                                topics.RESULT_QOS)
         self._advice = node.create_publisher(RateAdvice, topics.ADVICE, topics.RESULT_QOS)
         self._verdicts = node.create_publisher(PrintVerdict, topics.VERDICT, topics.RESULT_QOS)
+        self._designs = node.create_publisher(DesignComparison, topics.DESIGN, topics.RESULT_QOS)
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.overlays = node.create_publisher(Image, topics.OVERLAY, topics.VIEW_QOS)
         self.called: list[str] = []
@@ -55,7 +57,7 @@ class FakePrinter:
         """Whether there are subscribers of everything except the overlay."""
         return all(publisher.get_subscription_count()
                    for publisher in (self._profiles, self._advice, self._verdicts,
-                                     self._diagnostics))
+                                     self._designs, self._diagnostics))
 
     def publish(self, result: Result) -> None:
         """Publish the result of a capture as if it had been taken now."""
@@ -68,6 +70,9 @@ class FakePrinter:
             result.advice, stamp_ns=now_ns, valid_until_ns=now_ns + ADVICE_LIFETIME_NS)))
         self._verdicts.publish(verdict_to_message(
             replace(result.verdict, stamp_ns=now_ns), BASE))
+        if result.design is not None:
+            self._designs.publish(design_to_message(
+                result.design.findings, result.profile.print_id, now_ns, BASE))
         if self.overlays.get_subscription_count():
             self.overlays.publish(overlay_message(result))
 
