@@ -142,17 +142,18 @@ class DesignFollower:
     def __init__(self, wanted: WantedDesign) -> None:
         self._wanted = wanted
         self._print_id = ''
-        self._ink = 0  # samples with which the place was looked for
+        self._tried = 0, False  # with how many samples the place was looked for, of all the print
         self._place: Registration | None = None
 
     def compare(self, profile: ThicknessProfile, path: DepositionPath) -> DesignComparison:
         """Compare a print with its design, by its profile and its path as far as it is known."""
         if profile.print_id != self._print_id:
-            self._print_id, self._ink, self._place = profile.print_id, 0, None
+            self._print_id, self._tried, self._place = profile.print_id, (0, False), None
         ink = int((profile.stroke > 0).sum())
         ended = path.finished and len(profile) == len(path)
-        if self._wanted.place is None and (ended or ink > GROWN * self._ink):
-            self._ink = ink
+        before, over = self._tried
+        if self._wanted.place is None and (ink > GROWN * before or (ended and not over)):
+            self._tried = ink, ended
             self._place = register(self._wanted.design, profile.points, profile.stroke, ended,
                                    None if ended else self._place)
         return compare_with_design(profile, self._wanted, path, self._place)

@@ -149,3 +149,10 @@ def test_a_nozzle_that_lifts_beside_a_stroke_to_come_has_not_come_there() -> Non
     found = DesignFollower(WantedDesign('vase.csv', design, Registration(PLACE))).compare(
         profile_along(more, numbers), path_of(more, numbers, False))
     assert Presence.SKIPPED not in {each.presence for each in found.findings.missing}
+
+
+def test_a_print_that_is_over_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    follower, design = DesignFollower(WantedDesign('vase.csv', snake())), snake()
+    place = grown(follower, design, 1.0, True).findings.registration
+    monkeypatch.setattr(comparison, 'register', None)
+    assert grown(follower, design, 1.0, True).findings.registration is place
