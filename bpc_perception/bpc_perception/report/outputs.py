@@ -72,7 +72,8 @@ def _contents(log: PrintLog, provenance: Provenance, figures: bool,
              'report.html': report_page.render(log, summary, provenance.targets_of(result))}
     # A file name need not be valid Unicode; that must not cost the user the result.
     files = {name: text.encode('utf-8', 'replace') for name, text in texts.items()}
-    files |= table_files('profile', result_tables(result.profile), formats)
+    files |= table_files('profile', result_tables(result.profile, result.design),
+                         formats)
     if figures:
         # Imported late: matplotlib is an extra, and is slow to load.
         from bpc_perception.report.publication_figures import draw_figures

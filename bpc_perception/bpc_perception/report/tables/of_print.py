@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import csv
 from typing import Any
 
+from bpc_perception.core.design.comparison import DesignComparison
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.display.plain_json import plain
 from bpc_perception.report.entries import layer_entries, stroke_entries
@@ -31,6 +32,11 @@ PROFILE = (
     Column('area_sigma_mm2', float, 'standard deviation of the cross-section'),
     Column('capture', int, 'number of the capture in which it was found so'),
     Column('cause', str, 'why it has no answer'))
+DESIGN = (
+    Column('design_stroke', int, "number of the design's stroke, from 1"),
+    Column('wanted_mm', float, 'width that the design wants'),
+    Column('nozzle_off_mm', float, 'how far the nozzle passed to the left of the design'),
+    Column('bead_off_mm', float, "how far the filament's middle lies to its left"))
 AMOUNT = (
     Column('length_mm', float, 'length of path on which ink was commanded'),
     Column('known', float, 'share of it whose cross-section is known'),
@@ -56,17 +62,19 @@ LAYERS = (Column('layer', int, 'number of the layer, 0 = on the bed'), *AMOUNT,
           Column('gap_length_mm', float, 'their length together'))
 
 
-def result_tables(profile: ThicknessProfile) -> tuple[Table, Table, Table]:
+def result_tables(profile: ThicknessProfile,
+                  design: DesignComparison | None = None) -> tuple[Table, Table, Table]:
     """Return the tables of a print: the same numbers as in profile.csv and summary.json."""
-    lines = csv.DictReader(profile_csv(profile).splitlines())
-    return (Table('profile', PROFILE, [_numbers(line) for line in lines]),
+    lines = csv.DictReader(profile_csv(profile, design).splitlines())
+    columns = PROFILE if design is None else (*PROFILE, *DESIGN)
+    return (Table('profile', columns, [_numbers(line, columns) for line in lines]),
             Table('strokes', STROKES, _plain(stroke_entries(profile))),
             Table('layers', LAYERS, _plain(layer_entries(profile))))
 
 
-def _numbers(line: dict[str, str]) -> dict[str, Any]:
+def _numbers(line: dict[str, str], columns: Sequence[Column]) -> dict[str, Any]:
     return {column.name: column.kind(line[column.name]) if line[column.name] else None
-            for column in PROFILE}
+            for column in columns}
 
 
 def _plain(entries: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

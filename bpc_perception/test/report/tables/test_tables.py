@@ -4,11 +4,15 @@ import math
 import re
 import zipfile
 
+import numpy as np
 from openpyxl import load_workbook
 import pytest
 from scipy.io import loadmat, savemat
 
-from bpc_perception.report.profile_table import COLUMNS, profile_csv
+from bpc_perception.core.design.comparison import compare_with_design, WantedDesign
+from bpc_perception.core.design.design import Design, DesignStroke
+from bpc_perception.core.design.registration import place_at
+from bpc_perception.report.profile_table import COLUMNS, DESIGN_COLUMNS, profile_csv
 from bpc_perception.report.tables import workbook
 from bpc_perception.report.tables.files import expect_no_others, table_files
 from bpc_perception.report.tables.matlab import mat_file, matlab_name
@@ -136,3 +140,14 @@ def test_every_column_has_a_name_that_matlab_and_people_take(profile):
         for column in table.columns:
             assert re.fullmatch(r'[a-z]\w{0,62}', column.name)
             assert column.meaning
+
+
+def test_beside_its_design_a_profile_has_the_columns_of_profile_csv(profile):
+    points = profile.points
+    design = Design((DesignStroke(points, np.full(len(points) - 1, 2e-3)),))
+    wanted = WantedDesign('line.csv', design, place_at(0, 0, 0, 0))
+    table, _, _ = result_tables(profile, compare_with_design(profile, wanted))
+    assert tuple(column.name for column in table.columns) == (*COLUMNS, *DESIGN_COLUMNS)
+    assert {row['design_stroke'] for row in table.rows} == {1}
+    assert {row['wanted_mm'] for row in table.rows} == {2.0}
+    assert table.rows[0]['nozzle_off_mm'] == pytest.approx(0)
