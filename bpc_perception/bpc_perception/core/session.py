@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Iterator
+from dataclasses import replace
 import logging
 
 from bpc_perception.core.advice.advisor import Advisor
@@ -114,6 +115,7 @@ class Session:
         self._newest = ('', 0)
         self._counts.clear()
         self._advisor = Advisor(setup=self.setup)
+        self._design = DesignFollower(self._design.wanted) if self._design else None
         self._memory, self._ground = PrintMemory(), Ground()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
@@ -187,8 +189,10 @@ class Session:
             extruder = extruder_contradiction(path.until(capture.stamp_ns))
             design = self._design.compare(profile, path) if self._design else None
             targets = self._targets_of(profile, design)
+            advising = (self.config.advice if targets is not None else
+                        replace(self.config.advice, target_thickness=0.0))
             advice = self._advisor.advise(
-                profile, path, self.config.advice, Reason.EXTRUDER_FAULT if extruder else
+                profile, path, advising, Reason.EXTRUDER_FAULT if extruder else
                 Reason.PATH_OFFSET if off_path else None, targets)
             verdict = self._judge(profile, path, capture.stamp_ns, targets, design)
             # Without strokes ink seems to lie anywhere; beside its path, to be of another print.

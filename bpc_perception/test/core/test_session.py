@@ -20,8 +20,11 @@ from perception_builders import (
 )
 import pytest
 
+from bpc_perception.core.advice.rate_advice import Reason
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.config import AdviceConfig, ThicknessConfig
+from bpc_perception.core.design.comparison import WantedDesign
+from bpc_perception.core.design.design import Design, DesignStroke
 from bpc_perception.core.geometry import transform
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.result import Result
@@ -101,6 +104,20 @@ def test_advice_comes_with_the_profile() -> None:
     assert result.advice is not None
     assert result.advice.valid
     assert result.advice.measured_thickness == pytest.approx(2.2e-3, abs=1.01 * PIXEL)
+
+
+def test_no_advice_towards_the_settings_where_a_design_with_widths_is_not_found() -> None:
+    """2.2 mm of the settings are not what is wanted of a bead that is to be 0.4 mm wide."""
+    other = np.array(((0, 0, 0), (2e-3, 0, 0), (2e-3, 2e-3, 0)))
+    design = Design((DesignStroke(other, np.array((0.4e-3, 0.4e-3))),))
+    made = Session(CONFIG, ON_BASE, design=WantedDesign('vase.csv', design))
+    made.add_capture(capture_of(IMAGE, at_ns(1.5)))
+    made.set_path(path(1.5))
+    result, = made.results()
+    assert result.design is not None
+    assert result.design.findings.registration.refusal
+    assert result.advice is not None
+    assert (result.advice.valid, result.advice.reason) == (False, Reason.NO_TARGET)
 
 
 def test_captures_are_measured_in_the_order_in_which_they_came() -> None:

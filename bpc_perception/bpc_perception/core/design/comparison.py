@@ -87,12 +87,14 @@ class DesignComparison:
     def targets(self, arc_length: Array, others: WidthTargets | None) -> WidthTargets | None:
         """Return the widths that are wanted along a print: the design's where it tells them.
 
+        None where it tells some, and is not found: any may hold anywhere.
+
         Args:
             arc_length: (N,) of the profile's samples [m].
             others: that hold elsewhere; None = none.
         """
         if self.pieces is None or self.deviations is None:
-            return others
+            return None if self.wanted.design.tells_widths else others
         piece = self.deviations.piece
         at = np.flatnonzero(piece >= 0)
         arc, width = arc_length[at], self.pieces.width[piece[at]]
@@ -137,10 +139,14 @@ def compare_with_design(profile: ThicknessProfile, wanted: WantedDesign,
 
 
 class DesignFollower:
-    """Compares prints that grow with their design; where it lies is kept while it fits."""
+    """Compares prints that grow with their design; where it lies is kept while it fits.
+
+    Attributes:
+        wanted: the design.
+    """
 
     def __init__(self, wanted: WantedDesign) -> None:
-        self._wanted = wanted
+        self.wanted = wanted
         self._print_id = ''
         self._tried = 0, False  # with how many samples the place was looked for, of all the print
         self._place: Registration | None = None
@@ -152,11 +158,11 @@ class DesignFollower:
         ink = int((profile.stroke > 0).sum())
         ended = path.finished and len(profile) == len(path)
         before, over = self._tried
-        if self._wanted.place is None and (ink > GROWN * before or (ended and not over)):
+        if self.wanted.place is None and (ink > GROWN * before or (ended and not over)):
             self._tried = ink, ended
-            self._place = register(self._wanted.design, profile.points, profile.stroke, ended,
+            self._place = register(self.wanted.design, profile.points, profile.stroke, ended,
                                    None if ended else self._place)
-        return compare_with_design(profile, self._wanted, path, self._place)
+        return compare_with_design(profile, self.wanted, path, self._place)
 
 
 def path_of(profile: ThicknessProfile, finished: bool) -> DepositionPath:

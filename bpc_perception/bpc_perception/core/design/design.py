@@ -101,6 +101,11 @@ class Design:
         """Of all strokes together [m]."""
         return sum(stroke.length for stroke in self.strokes)
 
+    @property
+    def tells_widths(self) -> bool:
+        """Whether a width is told anywhere."""
+        return any(not np.isnan(stroke.widths).all() for stroke in self.strokes)
+
     def moved_by(self, T_target_source: Array) -> Design:
         """Return the design in another frame, by a rigid transform (4, 4)."""
         return replace(self, strokes=tuple(

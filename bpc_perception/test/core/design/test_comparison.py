@@ -125,6 +125,16 @@ def test_what_does_not_fit_is_warned_of_once_there_is_enough_of_it() -> None:
     assert found.targets(profile.arc_length, None) is None
 
 
+def test_no_width_is_wanted_where_a_design_that_tells_some_is_not_found() -> None:
+    """Else 2 mm of the settings would be the target of what is to become 0.8 mm wide."""
+    points, stroke = printed(snake(), PLACE)
+    profile, others = profile_along(points, stroke), WidthTargets.constant(2 * MM)
+    for design, targets in ((STEP, None), (lattice(), others)):
+        found = compare_with_design(profile, WantedDesign('vase.csv', design))
+        assert found.findings.registration.refusal
+        assert found.targets(profile.arc_length, others) is targets
+
+
 def test_a_nozzle_whose_ink_is_not_known_yet_has_come_nowhere() -> None:
     """The newest states of the extruder may be missing: it may travel over strokes to come."""
     design = lattice()
