@@ -95,7 +95,7 @@ def design_entry(found: DesignFindings) -> dict[str, Any]:
                     'to_print_95_mm': each.to_print.most_of_95 * MM_PER_M,
                     'to_design_95_mm': each.to_design.most_of_95 * MM_PER_M}
                    for each in found.layers],
-        'missing': [{'stroke': each.stroke, 'layer': each.layer,
+        'missing': [{'stroke': each.stroke + 1, 'layer': each.layer,
                      'presence': each.presence.name, 'start_mm': each.start * MM_PER_M,
                      'end_mm': each.end * MM_PER_M} for each in found.missing],
         'surplus': [{'start_mm': start, 'end_mm': end} for start, end in (

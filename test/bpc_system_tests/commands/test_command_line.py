@@ -418,7 +418,7 @@ def test_strokes_of_a_design_that_were_not_printed_are_told(tmp_path: Path) -> N
     assert [(each['kind'], each['stroke'], each['worst_mm']) for each in defects] == [
         ('SKIPPED', 6, pytest.approx(36))]
     missing, = found['missing']
-    assert (missing['stroke'], missing['presence']) == (5, 'SKIPPED')
+    assert (missing['stroke'], missing['presence']) == (6, 'SKIPPED')  # as in the defect
     assert found['layers'][0]['fidelity'] == pytest.approx(5 / 6, abs=0.01)
 
 
