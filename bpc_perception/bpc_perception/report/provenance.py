@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 import hashlib
 from importlib import metadata
 import json
@@ -32,6 +33,7 @@ class Provenance:
         versions: see versions().
         targets: the thickness wanted along the path; None = none.
         fingerprint: see fingerprint().
+        contents: see contents_of().
     """
 
     bag: str
@@ -40,6 +42,7 @@ class Provenance:
     versions: dict[str, str]
     targets: WidthTargets | None = None
     fingerprint: str = ''
+    contents: dict[str, str] = field(default_factory=dict)
 
     def targets_of(self, result: Result) -> WidthTargets | None:
         """Return the thickness wanted along a result that was measured: its design's, if told."""
@@ -84,13 +87,29 @@ def settings_of(thickness: ThicknessConfig, recorder: RecorderConfig) -> dict[st
     return settings | {f'path_recorder.{name}': value for name, _, value in flatten(recorder)}
 
 
+def contents_of(thickness: ThicknessConfig) -> dict[str, str]:
+    """Return a hash of each file that settings name, by their dotted names.
+
+    Copies of one file lie beside many recordings, and files of one name need not be alike. A file
+    that cannot be read any more is left out: a live print is not lost with it.
+    """
+    named = {'advice.target_file': thickness.advice.target_file,
+             'design.file': thickness.design.file}
+    contents: dict[str, str] = {}
+    for name, file in named.items():
+        with suppress(OSError):
+            contents |= {name: hashlib.sha256(Path(file).read_bytes()).hexdigest()} if file else {}
+    return contents
+
+
 def provenance_of(recording: Inputs) -> Provenance:
     """Return what the files say about where a result comes from."""
     settings = settings_of(recording.thickness, recording.recorder)
     used_versions = versions()
     return Provenance(str(recording.bag.path.absolute()), str(recording.hand_eye_file), settings,
                       used_versions, recording.targets,
-                      fingerprint(recording, settings, used_versions))
+                      fingerprint(recording, settings, used_versions),
+                      contents_of(recording.thickness))
 
 
 def live_provenance(recording: Path, hand_eye_file: Path, thickness: ThicknessConfig,
@@ -103,7 +122,7 @@ def live_provenance(recording: Path, hand_eye_file: Path, thickness: ThicknessCo
     digest = _digest(settings, used_versions)
     digest.update(hand_eye_file.read_bytes())
     return Provenance(str(recording), str(hand_eye_file), settings, used_versions,
-                      targets_of(thickness.advice), digest.hexdigest())
+                      targets_of(thickness.advice), digest.hexdigest(), contents_of(thickness))
 
 
 def _digest(settings: dict[str, object], used_versions: dict[str, str]) -> Any:

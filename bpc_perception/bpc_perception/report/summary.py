@@ -58,6 +58,7 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
                    'focal_length_px': camera.focal_length},
         'hand_eye': provenance.hand_eye,
         'settings': provenance.settings,
+        'contents': provenance.contents,
         'versions': provenance.versions,
         'fingerprint': provenance.fingerprint,
     }

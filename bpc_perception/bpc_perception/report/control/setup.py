@@ -12,9 +12,12 @@ from bpc_perception.report.result_folder import part_of
 
 # The beginnings of the names of settings that change what is wanted or what is measured.
 DECIDING = ('method', 'segmentation.', 'cross_section.', 'advice.target_', 'tolerance.')
+# Those that name files: they are alike where the contents are.
+FILES = 'advice.target_file', 'design.file'
 NOZZLE = 'path_recorder.nozzle_offset'
 # The same nozzle, calibrated again, is alike; needles of other lengths differ by some millimetres.
 NOZZLE_MM = 1.0
+SHOWN = 12  # characters of a hash, which 48 bits tell apart
 FOCAL_SHARE = 0.02  # the same lens, calibrated again, differs by less
 Band = tuple[float, float, str]
 
@@ -24,13 +27,16 @@ class Setup:
     """What a print was made and measured with.
 
     Attributes:
-        settings: the deciding ones, by dotted names, as in summary.json.
+        settings: the deciding ones, by dotted names, as in summary.json; of files that are
+            named, the content by its hash, or the name where that is not told.
+        designed: whether the design tells widths, or may.
         nozzle: offset of its tip from the flange [mm]; empty = not told.
         image: width and height [pixels]; empty = not told.
         focal_length: of the camera [pixels]; NaN = not told.
     """
 
     settings: dict[str, object]
+    designed: bool
     nozzle: tuple[float, ...]
     image: tuple[int, ...]
     focal_length: float
@@ -39,9 +45,13 @@ class Setup:
     def of(cls, summary: dict[str, Any]) -> Setup:
         """Return that of a print, by its summary."""
         told, camera = part_of(summary, 'settings'), part_of(summary, 'camera')
-        nozzle = told.get(NOZZLE)
+        nozzle, contents = told.get(NOZZLE), part_of(summary, 'contents')
+        files = {name: f'content {str(contents[name])[:SHOWN]}' if name in contents else told[name]
+                 for name in FILES if told.get(name)}
         return cls(
-            {name: value for name, value in told.items() if name.startswith(DECIDING)},
+            {name: value for name, value in told.items()
+             if name.startswith(DECIDING) and name not in FILES} | files,
+            'design.file' in files and _tells_widths(part_of(summary, 'design')),
             tuple(MM_PER_M * number_of(value)
                   for value in (nozzle if isinstance(nozzle, list) else ())),
             tuple(camera[side] for side in ('width_px', 'height_px') if side in camera),
@@ -60,6 +70,8 @@ class Setup:
         """Return the least and largest width that is good [mm], and why there are none."""
         if self.settings.get('advice.target_file'):
             return math.nan, math.nan, 'the target changes along the path'
+        if self.designed:
+            return math.nan, math.nan, 'the design tells the target'
         return self._band('advice.target_thickness', 'tolerance.width')
 
     def height(self) -> Band:
@@ -80,6 +92,11 @@ class Setup:
             if not value > 0:
                 return math.nan, math.nan, f'{name} is not set'
         return MM_PER_M * target * (1 - share), MM_PER_M * target * (1 + share), ''
+
+
+def _tells_widths(design: dict[str, Any]) -> bool:
+    """Return whether a design tells widths, by its entry in a summary, or may where it is lost."""
+    return part_of(design, 'width_off').get('samples') != 0
 
 
 def not_alike(setups: Sequence[Setup]) -> list[tuple[str, list[str]]]:

@@ -51,6 +51,25 @@ def test_what_changes_no_print_does_not_part_them(change):
     assert len(control_groups(charted(summary_of(0, 2.0), summary_of(1, 2.0, **change)))) == 1
 
 
+@pytest.mark.parametrize('name', ['advice.target_file', 'design.file'])
+def test_files_are_alike_where_their_contents_are(name):
+    """Each recording has a copy of its own beside it, at another place."""
+    prints = [summary_of(hour, 2.0, **{name: f'/prints/{hour}/vase.csv'}) | {
+        'contents': {name: content}} for hour, content in enumerate('aaba')]
+    groups = control_groups(charted(*prints))
+    assert [names(group) for group in groups] == [['n0', 'n1', 'n3'], ['n2']]
+
+
+@pytest.mark.parametrize(('samples', 'reason'), [(0, ''), (9, 'the design tells the target')])
+def test_where_the_design_tells_widths_the_target_of_the_settings_is_none(samples, reason):
+    """Its widths are other ones, so that Cp beside that target would be of nothing."""
+    group, = control_groups(charted(*(
+        summary_of(hour, width, **{'design.file': 'vase.csv'}) | {
+            'design': {'width_off': {'samples': samples}}}
+        for hour, width in enumerate(STEADY))))
+    assert group.charts[0].capability.reason == reason
+
+
 @pytest.mark.parametrize(('camera', 'groups'), [
     ({'focal_length_px': 401.0}, 1), ({'focal_length_px': 500.0}, 2), ({'width_px': 608}, 2)])
 def test_another_lens_makes_another_group(camera, groups):
