@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-import re
 
 from bpc_perception.core.window.sweep import SweepLine
+from bpc_perception.files.spreadsheet import separator_of, with_point
 
 FILE = 'sweep.csv'
 LARGEST_FILE_BYTES = 1_000_000
@@ -26,8 +26,6 @@ DRIVES = ('flow_mm3_s', 'pressure_kpa')
 MAY_BE_NOUGHT = ('temperature_c', 'samples', 'start_lag_s', 'stop_lag_s')
 LARGEST = 1e6  # of any number
 COLDEST_C, HOTTEST_C = -50.0, 400.0
-SEPARATORS = ',;\t'
-DECIMAL_COMMA = re.compile(r'[-+]?\d+,\d+')
 
 
 class SweepTableError(ValueError):
@@ -83,8 +81,7 @@ def _text(file: Path) -> str:
 def _rows(text: str) -> list[tuple[int, dict[str, str]]]:
     """Return the rows below the names of the columns, each with the number of its line."""
     lines = text.splitlines()
-    head = lines[0] if lines else ''
-    separator = max(SEPARATORS, key=head.count)
+    separator = separator_of(lines)
     reader = csv.reader(lines, delimiter=separator)
     names: list[str] = []
     rows = []
@@ -100,7 +97,7 @@ def _rows(text: str) -> list[tuple[int, dict[str, str]]]:
                                  'leave a cell empty for what is not known')
             else:
                 rows.append((reader.line_num, {
-                    key: _with_point(cell, separator)
+                    key: with_point(cell, separator)
                     for key, cell in zip(names, cells, strict=True)}))
     except csv.Error as error:
         raise _CellError(reader.line_num, 'a table as CSV', str(error),
@@ -127,11 +124,6 @@ def _names(cells: list[str]) -> list[str]:
     if missing:
         raise _CellError(1, f'the column {missing[0]}', 'none', 'add it')
     return names
-
-
-def _with_point(cell: str, separator: str) -> str:
-    """Return a cell with a decimal point where a spreadsheet wrote a comma."""
-    return cell.replace(',', '.') if separator != ',' and DECIMAL_COMMA.fullmatch(cell) else cell
 
 
 def _line(name: str, number: int, cells: dict[str, str]) -> SweepLine:

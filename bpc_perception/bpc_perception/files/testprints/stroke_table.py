@@ -14,6 +14,7 @@ from pathlib import Path
 from bpc_perception.core.design.design import DesignError
 from bpc_perception.core.testprints.plan import Part, StrokePlan, TestPrint
 from bpc_perception.files.design.read import read_design
+from bpc_perception.files.spreadsheet import separator_of, with_point
 
 MM, KPA = 1e-3, 1e3
 # Of each column: attribute of StrokePlan, and how much one of it is in SI.
@@ -83,12 +84,15 @@ def read_test_print(file: Path) -> TestPrint:
 
 
 def _rows(file: Path) -> list[Mapping[str, str]]:
-    """Return the rows of a table. Raises ValueError."""
+    """Return the rows of a table, also as a spreadsheet saves it. Raises ValueError."""
     try:
-        with file.open(encoding='utf-8-sig', newline='') as stream:
-            reader = csv.DictReader(stream)
-            rows: list[Mapping[str, str]] = list(reader)
-            found = tuple(reader.fieldnames or ())
+        lines = file.read_text('utf-8-sig').splitlines()
+        separator = separator_of(lines)
+        reader = csv.DictReader(lines, delimiter=separator)
+        rows: list[Mapping[str, str]] = [
+            {name: with_point(cell, separator) if isinstance(cell, str) else cell
+             for name, cell in row.items()} for row in reader]
+        found = tuple(reader.fieldnames or ())
     except (OSError, csv.Error, UnicodeDecodeError) as error:
         raise ValueError(f'{file}: expected a readable stroke table, found: {error}'
                          '; name another') from error
@@ -96,7 +100,8 @@ def _rows(file: Path) -> list[Mapping[str, str]]:
             None in row or None in row.values() for row in rows):
         lacking = ', '.join(sorted(set(COLUMNS) - set(found))) or 'other rows'
         raise ValueError(f'{file}: expected a row for each stroke with the columns of a stroke '
-                         f'table, found {lacking} wrong; write it anew')
+                         f'table, found {lacking} wrong; save it as CSV in UTF-8, or write it '
+                         'anew')
     return rows
 
 

@@ -136,6 +136,17 @@ def test_who_prints_may_fill_in(tmp_path: Path) -> None:
     assert np.isnan(plan.flow)
 
 
+@pytest.mark.parametrize('separator', [';', '\t'])
+def test_a_spreadsheet_may_save_it_with_decimal_commas(separator: str, tmp_path: Path) -> None:
+    test = lines(SETUP, [0.2e-9], [2 * MM])
+    write_test_print(tmp_path, test)
+    file = tmp_path / 'lines_strokes.csv'
+    planned = read_test_print(file).plans
+    text = file.read_text().replace(',', separator).replace('.', ',')
+    file.write_text('\ufeff' + text)
+    assert repr(read_test_print(file).plans) == repr(planned)  # as NaN differs from itself
+
+
 @pytest.mark.parametrize(('old', 'new', 'message'), [
     ('test,stroke', 'what,stroke', 'the columns of a stroke table, found test wrong'),
     ('lines,2,', 'lines,3,', 'strokes with other numbers'),
