@@ -63,13 +63,16 @@ REASONS = {
     Reason.NOT_ENOUGH_DATA: 'not enough data',
     Reason.GAP_DETECTED: 'gap detected',
     Reason.STALE_DATA: 'the newest measurement is too old',
-    Reason.NO_TARGET: 'no target thickness set',
+    Reason.NO_TARGET: 'no target thickness: none is set, or its design is not found',
     Reason.CLOG_SUSPECTED: 'suddenly much less ink arrives, a clog perhaps',
     Reason.PATH_OFFSET: 'the filament lies beside the path, look at the calibration',
     Reason.EXTRUDER_FAULT: 'the extruder stopped, or says nothing',
 }
 # A higher or lower rate does not mend what is wrong here.
 ALARMS = {Reason.GAP_DETECTED, Reason.CLOG_SUSPECTED, Reason.PATH_OFFSET, Reason.EXTRUDER_FAULT}
+# What is said instead, where the width alone is too large, by more than WIDER of the target.
+SPREAD_OUT = 'wider than wanted, of no more ink than wanted'
+WIDER = 0.1
 KNOWN = 0.9  # share of the strokes; what is missing beyond is worth a word
 MINUTES_FROM_S = 120  # ages from here on are said in minutes
 
@@ -105,9 +108,18 @@ def lost_in_words(profile: ThicknessProfile) -> str:
             f'{cause_in_words(first)}')
 
 
+def reason_in_words(advice: RateAdvice) -> str:
+    """Return why advice is as it is; ON_TARGET may be so by the volume alone."""
+    spread_out = (advice.valid and advice.by_volume and advice.reason == Reason.ON_TARGET
+                  and advice.expected_thickness > (1 + WIDER) * advice.target_thickness)
+    return SPREAD_OUT if spread_out else REASONS[advice.reason]
+
+
 def advice_in_words(advice: RateAdvice) -> str:
     """Return what to do, and why, as a sentence."""
-    reason = REASONS[advice.reason] + (', by width and volume' if advice.by_volume else '')
+    reason = reason_in_words(advice)
+    if advice.by_volume and reason != SPREAD_OUT:
+        reason += ', by width and volume'
     if not advice.valid or advice.reason == Reason.ON_TARGET:
         return f'change nothing: {reason}'
     return (f'flow x {advice.flow_rate_scale:.2f}, or else speed x {advice.speed_scale:.2f}: '
@@ -119,6 +131,8 @@ def advice_in_a_line(advice: RateAdvice) -> str:
     reason = advice.reason.name.lower().replace('_', ' ')
     if not advice.valid:
         return f'change nothing: {reason}'
+    if reason_in_words(advice) == SPREAD_OUT:
+        return SPREAD_OUT
     if advice.flow_rate_scale == 1.0:
         return reason
     return f'{reason}: flow x {advice.flow_rate_scale:.2f} or speed x {advice.speed_scale:.2f}'
@@ -146,7 +160,7 @@ def advice_headline(advice: RateAdvice | None, now_ns: int) -> AdviceHeadline:
     if advice is None:
         return AdviceHeadline('no advice yet', '', 'it comes with the first measured capture',
                               'old')
-    reason = REASONS[advice.reason]
+    reason = reason_in_words(advice)
     if advice.valid and now_ns > advice.valid_until_ns:
         expired = advice_headline(advice, advice.valid_until_ns)
         return AdviceHeadline('expired', f'was: {expired.headline}',

@@ -13,6 +13,7 @@ from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.profile import Cause, Status
 from bpc_perception.display.wording import (
     advice_headline,
+    advice_in_a_line,
     advice_in_words,
     age_in_words,
     cause_counts,
@@ -31,6 +32,18 @@ from bpc_perception.display.wording import (
 def test_advice_in_words(valid: bool, reason: Reason, words: str) -> None:
     advice = RateAdvice(0, '', valid, reason, 1.0, 1.0, (0.0, 1.0), 1, 2.0, 0.5, 1.0, 0.0, 0)
     assert advice_in_words(advice) == words
+
+
+@pytest.mark.parametrize(('by_volume', 'expected', 'said'), [
+    (True, 0.65, True), (True, 0.41, False), (True, math.nan, False), (False, 0.65, False)])
+def test_a_bead_that_spreads_is_not_said_to_be_on_target(by_volume: bool, expected: float,
+                                                         said: bool) -> None:
+    """It is 0.65 mm wide instead of 0.4 mm, and its volume is right: the verdict says thick."""
+    advice = replace(advice_of(Reason.ON_TARGET), by_volume=by_volume, target_thickness=0.4e-3,
+                     expected_thickness=expected * 1e-3)
+    told = (advice_in_words(advice), advice_in_a_line(advice), advice_headline(advice, 0).reason)
+    assert ['on target' not in words for words in told] == [said] * 3
+    assert ['wider than wanted' in words for words in told] == [said] * 3
 
 
 @pytest.mark.parametrize(('given', 'headline', 'tone'), [
