@@ -10,8 +10,8 @@ import numpy as np
 from bpc_perception.core.arrays import Array, Flags
 from bpc_perception.core.window.model import Model
 from bpc_perception.core.window.proven import Proven
-from bpc_perception.core.window.sweep import WindowError
-from bpc_perception.core.window.words import at, moved, wide
+from bpc_perception.core.window.sweep import column, WindowError
+from bpc_perception.core.window.words import at, moved, several, wide
 
 MET = 0.95  # chance of a line to be within tolerance, from which a setting is in the window
 SPEEDS = 61
@@ -111,13 +111,13 @@ def recommend(model: Model, proven: Proven, grid: Grid, wanted: Wanted) -> tuple
     drive, speed = on_target(grid, wanted.width)
     chosen = proven.holds(drive, speed)
     if not chosen.any():
-        raise WindowError(_out_of_reach(model, grid, wanted))
+        raise WindowError(_out_of_reach(model, proven, grid, wanted))
     drive, speed = drive[chosen], speed[chosen]
     best = int(np.argmin(model.predict(drive, speed, wanted.temperature).spread))
     return float(drive[best]), float(speed[best])
 
 
-def _out_of_reach(model: Model, grid: Grid, wanted: Wanted) -> str:
+def _out_of_reach(model: Model, proven: Proven, grid: Grid, wanted: Wanted) -> str:
     """Return why a target is not met by what was printed, and what to print."""
     widths = np.where(grid.proven, grid.width, np.nan)
     where = '' if math.isnan(wanted.speed) else f' with {moved(wanted.speed)}'
@@ -131,6 +131,24 @@ def _out_of_reach(model: Model, grid: Grid, wanted: Wanted) -> str:
     if low <= wanted.width <= high:
         return (f'expected a width that was printed well, found {wide(wanted.width)} only near '
                 f'lines that failed; nearest is {nearest.name} ({there}): print lines about it')
+    failed = several(_failed_beyond(model, proven, wanted, low, high))
+    proposed = (f'find out why {failed}, expected beyond, have no width, or print' if failed
+                else 'print')
     return (f'expected a target between {wide(low)} and {wide(high)}, as the sweep has it{where}, '
             f'found {wide(wanted.width)}; nearest is {nearest.name} ({there}, '
-            f'{wide(nearest.width)}): print lines with {more} {model.drive.value} per speed')
+            f'{wide(nearest.width)}): {proposed} lines with {more} {model.drive.value} per speed')
+
+
+def _failed_beyond(model: Model, proven: Proven, wanted: Wanted, low: float,
+                   high: float) -> list[str]:
+    """Return which lines failed whose width would be beyond what was proven, as the target is.
+
+    They need not be torn: a camera that is too far away does not see narrow ones.
+    """
+    if not proven.failed:
+        return []
+    drive, speed = (column(proven.failed, name) for name in (model.drive.value, 'speed'))
+    width = model.predict(drive, speed, wanted.temperature).value
+    beyond = width > high if wanted.width > high else width < low
+    return [line.name for line, is_beyond in zip(proven.failed, beyond.tolist(), strict=True)
+            if is_beyond]

@@ -112,6 +112,21 @@ def test_a_width_that_only_lines_beside_failed_ones_have_is_refused() -> None:
         find_window(lines, wanted(0.36))
 
 
+def test_lines_that_would_have_the_width_are_named_where_they_have_none() -> None:
+    """As those that are too narrow for the camera: to print them again would not help."""
+    def unseen(flow: float, speed: float) -> float:
+        width = half_circle(flow, speed)
+        return math.nan if width < 0.45 else width
+
+    narrow = [line.name for line in sweep() if line.width < 0.45 * MM]
+    assert len(narrow) == 3
+    with pytest.raises(WindowError, match=f'find out why {", ".join(narrow)}, expected beyond, '
+                       'have no width, or print lines with less flow per speed'):
+        find_window(sweep(unseen), wanted(0.37))
+    with pytest.raises(WindowError, match=r'mm\): print lines with more'):
+        find_window(sweep(unseen), wanted(1.5))
+
+
 def test_too_few_flows_or_speeds_name_the_lines_to_print() -> None:
     with pytest.raises(WindowError, match=r'3 different values of speed or more, found 2 '
                        r'\(5 mm/s, 20 mm/s\); print 1 mm³/s with 10 mm/s, 2 mm³/s with 10 mm/s, '
