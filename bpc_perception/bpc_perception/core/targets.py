@@ -59,6 +59,15 @@ class WidthTargets:
         """Return a table, else the same thickness [m] everywhere; None where that is 0."""
         return table or (cls.constant(thickness) if thickness else None)
 
+    @classmethod
+    def told(cls, arc_length: Array, thickness: Array,
+             others: WidthTargets | None) -> WidthTargets | None:
+        """Return targets of a thickness (N,) told at places (N,), others where it is NaN [m]."""
+        if others is not None:
+            thickness = np.where(np.isnan(thickness), others.at(arc_length), thickness)
+        known = ~np.isnan(thickness)
+        return cls(arc_length[known], thickness[known]) if known.any() else others
+
     def at(self, arc_length: Array | float) -> Array:
         """Return the thickness (...) at these arc lengths (...) [m]."""
         return np.asarray(np.interp(arc_length, self.arc_length, self.thickness))

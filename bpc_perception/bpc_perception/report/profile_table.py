@@ -17,7 +17,8 @@ COLUMNS = ('arc_length_mm', 'time_s', 'x_mm', 'y_mm', 'z_mm', 'thickness_mm', 's
            'left_mm', 'right_mm', 'status', 'extruding', 'stroke', 'layer', 'height_mm',
            'height_sigma_mm', 'area_mm2', 'area_sigma_mm2', 'capture', 'cause')
 # Where a design is told.
-DESIGN_COLUMNS = ('design_stroke', 'wanted_mm', 'nozzle_off_mm', 'bead_off_mm')
+WANTED = 'wanted_mm'
+DESIGN_COLUMNS = ('design_stroke', WANTED, 'nozzle_off_mm', 'bead_off_mm')
 
 
 def profile_csv(profile: ThicknessProfile, design: DesignComparison | None = None) -> str:
@@ -77,6 +78,22 @@ def read_profile(file: Path, print_id: str = '') -> ThicknessProfile:
             raise KeyError(min(missing))
         return _profile_of({name: [row[name] for row in rows] for name in COLUMNS}, print_id)
     except (csv.Error, KeyError, TypeError, UnicodeDecodeError, ValueError) as error:
+        raise ValueError(f'{file}: expected a profile as bpc writes it, found: {error!r}'
+                         '; measure it again') from error
+
+
+def read_wanted(file: Path) -> Array | None:
+    """Return the width (N,) that the design wants at each sample of a table [m].
+
+    NaN = it tells none there; None = there is no design. Raises as ``read_profile``.
+    """
+    try:
+        with file.open(encoding='utf-8', newline='') as stream:
+            reader = csv.DictReader(stream)
+            if WANTED not in (reader.fieldnames or ()):
+                return None
+            return np.array([float(row[WANTED] or 'nan') for row in reader]) * M_PER_MM
+    except (csv.Error, TypeError, UnicodeDecodeError, ValueError) as error:
         raise ValueError(f'{file}: expected a profile as bpc writes it, found: {error!r}'
                          '; measure it again') from error
 

@@ -19,7 +19,7 @@ from bpc_perception.core.targets import WidthTargets
 from bpc_perception.recording import inputs
 from bpc_perception.recording.contents import capture_count
 from bpc_perception.recording.offline import measure_bag
-from bpc_perception.report.profile_table import read_profile
+from bpc_perception.report.profile_table import read_profile, read_wanted
 from bpc_perception.report.result_folder import expect_summary, SUMMARY
 
 
@@ -59,9 +59,14 @@ def read_result(folder: Path, number: int | None) -> MeasuredPrint:
     place = _chosen(folder, len(prints) or 1, number)
     if prints:
         folder = folder / f'print_{place + 1}'
-    targets = _targets(folder, summary.get('settings') or {})
+    others = _targets(folder, summary.get('settings') or {})
     print_id = (prints[place] if prints else summary).get('print_id')
-    return MeasuredPrint(read_profile(folder / 'profile.csv', str(print_id or '')), targets)
+    file = folder / 'profile.csv'
+    profile = read_profile(file, str(print_id or ''))
+    wanted = read_wanted(file)
+    if wanted is None or np.isnan(wanted).all():
+        return MeasuredPrint(profile, others)
+    return MeasuredPrint(profile, WidthTargets.told(profile.arc_length, wanted, others))
 
 
 def _targets(folder: Path, settings: Mapping[str, Any]) -> WidthTargets | None:
@@ -107,7 +112,9 @@ def measure_print(recording: inputs.Inputs, number: int | None,
                          f'{"; ".join(sorted(refusals)) or "no capture"}')
     result = list(last.values())[_chosen(recording.bag.path, len(last), number)]
     assert result.profile is not None
-    return MeasuredPrint(result.profile, recording.targets, _cloud(result))
+    targets = (recording.targets if result.design is None else
+               result.design.targets(result.profile.arc_length, recording.targets))
+    return MeasuredPrint(result.profile, targets, _cloud(result))
 
 
 def _cloud(result: Result) -> Array | None:

@@ -104,11 +104,8 @@ class DesignComparison:
             coming = coming[coming > last]
             ahead = arc_length[at[-1]] + self.pieces.ink[coming] - self.pieces.ink[last]
             arc, width = np.append(arc, ahead), np.append(width, self.pieces.width[coming])
-        if others is not None:
-            width = np.where(np.isnan(width), others.at(arc), width)
         # On travel, and beside the design, the target before it goes on.
-        told = ~np.isnan(width)
-        return WidthTargets(arc[told], width[told]) if told.any() else others
+        return WidthTargets.told(arc, width, others)
 
 
 def compare_with_design(profile: ThicknessProfile, wanted: WantedDesign,
