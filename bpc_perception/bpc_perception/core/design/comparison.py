@@ -17,6 +17,7 @@ from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.targets import WidthTargets
 
+MOST_BESIDE = 0.5  # share of the ink that may lie beside a design whose place is told
 # A design that was found is looked for anew when there is so much more ink.
 GROWN = 1.2
 
@@ -77,33 +78,41 @@ class DesignComparison:
     deviations: Deviations | None = None
 
     def warning(self, profile: ThicknessProfile) -> str:
-        """Return why the place is not found, where a stroke of the print is long enough to."""
+        """Return why the place is not found, where a stroke of the print is long enough to.
+
+        Or that the ink lies elsewhere than where the design is told to lie.
+        """
         first = self.wanted.design.strokes[0].length
         strokes = profile.strokes.commanded
         ink = float(np.diff(strokes, axis=1).sum())
         refusal = self.findings.registration.refusal
+        if not refusal and self.deviations is not None and self.wanted.place is not None:
+            beside = float(self.deviations.surplus.sum() / max((profile.stroke > 0).sum(), 1))
+            refusal = (f'expected ink on it, found {beside:.0%} of the ink beside where it is '
+                       'told to lie; correct design.place or --design-at, or leave it out'
+                       if beside > MOST_BESIDE else '')
         return f'design: {refusal}' if refusal and ink > first else ''
 
     def targets(self, arc_length: Array, others: WidthTargets | None) -> WidthTargets | None:
         """Return the widths that are wanted along a print: the design's where it tells them.
 
-        None where it tells some, and is not found: any may hold anywhere.
+        None where it tells some, and it is not known which: it is not found, or no ink is on it.
 
         Args:
             arc_length: (N,) of the profile's samples [m].
             others: that hold elsewhere; None = none.
         """
-        if self.pieces is None or self.deviations is None:
-            return None if self.wanted.design.tells_widths else others
-        piece = self.deviations.piece
+        piece = np.empty(0, np.intp) if self.deviations is None else self.deviations.piece
         at = np.flatnonzero(piece >= 0)
+        if self.pieces is None or not len(at):
+            return None if self.wanted.design.tells_widths else others
         arc, width = arc_length[at], self.pieces.width[piece[at]]
-        if len(at):  # advice looks ahead along the stroke
-            last = int(piece[at[-1]])
-            coming = np.flatnonzero(self.pieces.stroke == self.pieces.stroke[last])
-            coming = coming[coming > last]
-            ahead = arc_length[at[-1]] + self.pieces.ink[coming] - self.pieces.ink[last]
-            arc, width = np.append(arc, ahead), np.append(width, self.pieces.width[coming])
+        # Advice looks ahead along the stroke.
+        last = int(piece[at[-1]])
+        coming = np.flatnonzero(self.pieces.stroke == self.pieces.stroke[last])
+        coming = coming[coming > last]
+        ahead = arc_length[at[-1]] + self.pieces.ink[coming] - self.pieces.ink[last]
+        arc, width = np.append(arc, ahead), np.append(width, self.pieces.width[coming])
         # On travel, and beside the design, the target before it goes on.
         return WidthTargets.told(arc, width, others)
 

@@ -135,6 +135,19 @@ def test_no_width_is_wanted_where_a_design_that_tells_some_is_not_found() -> Non
         assert found.targets(profile.arc_length, others) is targets
 
 
+@pytest.mark.parametrize(('aside', 'lost'), [(0.0, False), (50.0, True)])
+def test_a_place_that_is_told_wrong_is_warned_of_and_wants_no_width(aside: float,
+                                                                    lost: bool) -> None:
+    design = Design((*STEP.strokes, stroke_of(((0, 15, 0.3), (20, 15, 0.3)), width=0.8)))
+    points, stroke = printed(design, PLACE)
+    profile = profile_along(points, stroke)
+    told = Registration(pose((0, 0, aside * MM)) @ PLACE)
+    found = compare_with_design(profile, WantedDesign('vase.csv', design, told))
+    assert ('found 100% of the ink beside' in found.warning(profile)) == lost
+    targets = found.targets(profile.arc_length, WidthTargets.constant(2 * MM))
+    assert (targets is None) == lost
+
+
 def test_a_nozzle_whose_ink_is_not_known_yet_has_come_nowhere() -> None:
     """The newest states of the extruder may be missing: it may travel over strokes to come."""
     design = lattice()
