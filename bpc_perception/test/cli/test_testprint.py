@@ -10,6 +10,7 @@ import pytest
 from testprint_builders import Ink, printed
 
 from bpc_perception.cli.app import command_line
+from bpc_perception.files.settings_file import settings_file
 from bpc_perception.files.testprints.stroke_table import read_test_print
 from bpc_perception.report.profile_table import profile_csv
 from bpc_perception.report.testprints.rows import SWEEP_COLUMNS
@@ -50,6 +51,20 @@ def test_what_is_told_is_what_is_written(tmp_path: Path) -> None:
     assert [round(float(np.degrees(plan.angle))) for plan in plans] == [45, 90]
     assert [plan.radius for plan in plans] == pytest.approx([0, 3e-3])
     assert {plan.speed for plan in plans} == {5e-3}
+
+
+@pytest.mark.parametrize('name', ['fusion', 'turns', 'lattice', 'line-over-lines', 'wall'])
+def test_the_settings_of_a_window_are_printed(name: str, tmp_path: Path) -> None:
+    settings = tmp_path / 'next_print.yaml'
+    settings.write_text(settings_file(
+        {'flow_mm3_s': 5.4, 'speed_mm_s': 9.2, 'temperature_c': 21.0}, 1.3e-3, 0.1, None))
+    run(name, '--out', tmp_path, *FOR, '--settings', settings)
+    test = read_test_print(tmp_path / f'{name}_strokes.csv')
+    for stroke, plan in zip(test.design.strokes, test.plans, strict=True):
+        assert stroke.widths == pytest.approx(1.3e-3)
+        assert [plan.flow, plan.speed, plan.temperature] == pytest.approx([5.4e-9, 9.2e-3, 21])
+    with pytest.raises(ValueError, match='found --speed-mm-s; leave one out'):
+        run(name, '--out', tmp_path / 'new', *FOR, '--settings', settings, '--speed-mm-s', 5)
 
 
 def test_a_result_is_judged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

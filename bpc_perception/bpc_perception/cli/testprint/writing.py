@@ -15,6 +15,7 @@ from bpc_perception.core.testprints import flat, stacked, sweep
 from bpc_perception.core.testprints.plan import TestPrint
 from bpc_perception.core.testprints.setup import LARGEST_NOZZLE_M, LEAST_NOZZLE_M, Setup
 from bpc_perception.display.units import M_PER_MM, MM_PER_M, UL_PER_M3
+from bpc_perception.files.settings_file import read_settings
 from bpc_perception.files.testprints.folder import write_test_print
 
 LARGEST_PLUNGER_MM = 200.0
@@ -36,6 +37,9 @@ PlungerOption = Annotated[float, typer.Option(
     '--plunger-mm', metavar='MM', show_default=False,
     help='Inner diameter of the syringe: E is then the way of its plunger [mm]; else it is the '
     'volume of ink [mm3].')]
+SettingsOption = Annotated[Path | None, typer.Option(
+    '--settings', metavar='FILE', help='next_print.yaml of "bpc window", whose flow, speed and '
+    'width all strokes get, in place of those of a filament as wide as the nozzle.')]
 FlowsOption = Annotated[str, typer.Option(
     '--flows-mm3-s', metavar='Q,Q,...', help='Flows of the sweep; four around that of a filament '
     'as wide as the nozzle unless given.')]
@@ -59,20 +63,20 @@ def lines(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOp
 
 
 def fusion(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOption = math.nan,
-           speed: SpeedOption = math.nan,
+           speed: SpeedOption = math.nan, settings: SettingsOption = None,
            distances: Annotated[str, typer.Option(
                '--distances-mm', metavar='D,D,...', help='Between the lines of each pair; 3 to '
                '1 nozzle diameters unless given.')] = '',
            plunger: PlungerOption = math.nan, quiet: QuietOption = False,
            json_lines: JsonOption = False) -> None:
     """Strands in pairs at falling distances: where they fuse."""
-    setup = _setup(nozzle, bed, height, speed)
+    setup = _setup(nozzle, bed, height, speed, settings)
     _write(out, flat.fusion(setup, _lengths('--distances-mm', distances)), plunger, quiet,
            json_lines)
 
 
 def turns(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOption = math.nan,
-          speed: SpeedOption = math.nan,
+          speed: SpeedOption = math.nan, settings: SettingsOption = None,
           angles: Annotated[str, typer.Option(
               '--angles-deg', metavar='A,A,...', help='By which corners turn; 60 to 150 unless '
               'given.')] = '',
@@ -82,13 +86,13 @@ def turns(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOp
           plunger: PlungerOption = math.nan, quiet: QuietOption = False,
           json_lines: JsonOption = False) -> None:
     """Turns of several angles and radii: how wide the bead is at them."""
-    setup = _setup(nozzle, bed, height, speed)
+    setup = _setup(nozzle, bed, height, speed, settings)
     _write(out, flat.turns(setup, np.radians(_numbers('--angles-deg', angles)).tolist(),
                            _lengths('--radii-mm', radii)), plunger, quiet, json_lines)
 
 
 def lattice(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOption = math.nan,
-            speed: SpeedOption = math.nan,
+            speed: SpeedOption = math.nan, settings: SettingsOption = None,
             strands: Annotated[int, typer.Option(
                 '--strands', metavar='N', help='In each layer.')] = stacked.STRANDS,
             pitch: Annotated[float, typer.Option(
@@ -97,26 +101,26 @@ def lattice(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: Height
             plunger: PlungerOption = math.nan, quiet: QuietOption = False,
             json_lines: JsonOption = False) -> None:
     """Two layers of crossed strands: pores."""
-    setup = _setup(nozzle, bed, height, speed)
+    setup = _setup(nozzle, bed, height, speed, settings)
     _write(out, stacked.lattice(setup, strands, pitch * M_PER_MM), plunger, quiet, json_lines)
 
 
 def line_over_lines(
         out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOption = math.nan,
-        speed: SpeedOption = math.nan,
+        speed: SpeedOption = math.nan, settings: SettingsOption = None,
         spans: Annotated[str, typer.Option(
             '--spans-mm', metavar='D,D,...', help='Between neighbours of the lines below; 5 and '
             '10 nozzle diameters unless given.')] = '',
         plunger: PlungerOption = math.nan, quiet: QuietOption = False,
         json_lines: JsonOption = False) -> None:
     """A line across others, after the draft ASTM WK72274: how far it sags."""
-    setup = _setup(nozzle, bed, height, speed)
+    setup = _setup(nozzle, bed, height, speed, settings)
     _write(out, stacked.line_over_lines(setup, _lengths('--spans-mm', spans)), plunger, quiet,
            json_lines)
 
 
 def wall(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOption = math.nan,
-         speed: SpeedOption = math.nan,
+         speed: SpeedOption = math.nan, settings: SettingsOption = None,
          layers: Annotated[int, typer.Option(
              '--layers', metavar='N', help='On top of each other.')] = stacked.LAYERS,
          length: Annotated[float, typer.Option(
@@ -125,11 +129,12 @@ def wall(out: OutOption, nozzle: NozzleOption, bed: BedOption, height: HeightOpt
          plunger: PlungerOption = math.nan, quiet: QuietOption = False,
          json_lines: JsonOption = False) -> None:
     """Strokes on top of each other, after the draft ASTM WK72274: heights of layers."""
-    setup = _setup(nozzle, bed, height, speed)
+    setup = _setup(nozzle, bed, height, speed, settings)
     _write(out, stacked.wall(setup, layers, length * M_PER_MM), plunger, quiet, json_lines)
 
 
-def _setup(nozzle_mm: float, bed: str, height_mm: float, speed_mm_s: float = math.nan) -> Setup:
+def _setup(nozzle_mm: float, bed: str, height_mm: float, speed_mm_s: float = math.nan,
+           settings: Path | None = None) -> Setup:
     """Return what a test print is written for. Raises ValueError."""
     if not LEAST_NOZZLE_M <= nozzle_mm * M_PER_MM <= LARGEST_NOZZLE_M:
         raise ValueError(f'--nozzle-mm: expected {LEAST_NOZZLE_M * MM_PER_M:g} to '
@@ -139,8 +144,10 @@ def _setup(nozzle_mm: float, bed: str, height_mm: float, speed_mm_s: float = mat
     if len(sides) != 2:
         raise ValueError(f'--bed-mm: expected its size along x and y as 60,60, found {bed!r}'
                          '; give two numbers in millimetres')
-    return Setup(nozzle_mm * M_PER_MM, (sides[0], sides[1]), height_mm * M_PER_MM,
-                 speed_mm_s * M_PER_MM)
+    if settings is not None and not math.isnan(speed_mm_s):
+        raise ValueError('--settings: expected it alone, found --speed-mm-s; leave one out')
+    told = {'speed': speed_mm_s * M_PER_MM} if settings is None else read_settings(settings)
+    return Setup(nozzle_mm * M_PER_MM, (sides[0], sides[1]), height_mm * M_PER_MM, **told)
 
 
 def _write(out: Path, test: TestPrint, plunger_mm: float, quiet: bool, json_lines: bool) -> None:

@@ -33,6 +33,9 @@ class Setup:
         bed: its size along x and y [m].
         layer_height: NaN = by the nozzle [m].
         speed: usual one of the nozzle; NaN = by its diameter [m/s].
+        flow: usual one; NaN = by nozzle and speed [m^3/s].
+        width: wanted of the beads; NaN = that of a round filament of their flow [m].
+        pressure, temperature: of the ink, where they are known [Pa, degrees Celsius].
 
     Raises:
         ValueError: a value is out of range; the message says what to do.
@@ -42,6 +45,10 @@ class Setup:
     bed: tuple[float, float]
     layer_height: float = np.nan
     speed: float = np.nan
+    flow: float = np.nan
+    width: float = np.nan
+    pressure: float = np.nan
+    temperature: float = np.nan
 
     def __post_init__(self) -> None:
         expect('--nozzle-mm', self.nozzle, LEAST_NOZZLE_M, LARGEST_NOZZLE_M)
@@ -63,8 +70,10 @@ class Setup:
         return SPEED_PER_S * self.nozzle if np.isnan(self.speed) else self.speed
 
     @property
-    def flow(self) -> float:
-        """At which a round filament as wide as the nozzle is laid at the usual speed [m^3/s]."""
+    def rate(self) -> float:
+        """Usual flow; of a round filament as wide as the nozzle, if none is told [m^3/s]."""
+        if not np.isnan(self.flow):
+            return self.flow
         return float(np.pi / 4 * self.nozzle**2 * self.pace)
 
 
@@ -78,8 +87,8 @@ def expect(what: str, value: float, least: float, largest: float, unit: str = 'm
 def round_width(flow: float, speed: float) -> float:
     """Return the diameter of a round filament [m] of a flow [m^3/s] at a speed [m/s].
 
-    That is the width wanted of a test print: how much wider or narrower a bead gets is what it
-    finds out.
+    That is the width wanted of a test print of an ink that is not known: how much wider or
+    narrower a bead gets is what it finds out.
     """
     return float(np.sqrt(4 * flow / (np.pi * speed)))
 
@@ -102,15 +111,17 @@ class Pattern:
 
         Where nothing else is told, its ends are not judged.
         """
-        flow = others.pop('flow', self.setup.flow)
+        flow = others.pop('flow', self.setup.rate)
         speed = others.pop('speed', self.setup.pace)
-        width = round_width(flow, speed)
+        wanted = self.setup.width
+        width = round_width(flow, speed) if np.isnan(wanted) else wanted
         height = np.full((len(points), 1), (layer + 1) * self.setup.height)
         stroke = DesignStroke(np.hstack((points, height)), np.full(len(points) - 1, width), layer)
         begin = others.pop('judged_from', ENDS_M)
         self.strokes.append(stroke)
         self.plans.append(StrokePlan(
             part, flow, speed, (begin, max(stroke.length - ENDS_M, begin)),
+            pressure=self.setup.pressure, temperature=self.setup.temperature,
             **others))  # type: ignore[arg-type]
 
     def finish(self, name: str) -> TestPrint:

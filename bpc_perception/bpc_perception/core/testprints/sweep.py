@@ -47,7 +47,7 @@ def lines(setup: Setup, flows: Sequence[float] = (), speeds: Sequence[float] = (
     Raises:
         ValueError: a value is out of range, or the lines do not fit the bed.
     """
-    flows = sorted(flows) or [setup.flow * step for step in STEPS]
+    flows = sorted(flows) or [setup.rate * step for step in STEPS]
     speeds = sorted(speeds) or [setup.pace * step for step in STEPS]
     _check(flows, speeds)
     least = 2 * ENDS_M + SETTLING_S * speeds[-1] + STEADY_M

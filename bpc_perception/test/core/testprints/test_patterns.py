@@ -50,6 +50,17 @@ def test_widths_are_those_of_round_filaments(make: Callable[[Setup], TestPrint])
         assert np.pi / 4 * stroke.widths**2 * plan.speed == pytest.approx(plan.flow)
 
 
+@pytest.mark.parametrize('make', ALL[1:])
+def test_a_setting_that_is_told_is_that_of_all_strokes(
+        make: Callable[[Setup], TestPrint]) -> None:
+    test = make(Setup(0.41 * MM, BED, speed=5 * MM, flow=2e-9, width=0.9 * MM, pressure=6e4,
+                      temperature=21.0))
+    for stroke, plan in zip(test.design.strokes, test.plans, strict=True):
+        assert set(stroke.widths) == {0.9 * MM}
+        assert (plan.speed, plan.flow, plan.pressure, plan.temperature) == (
+            5 * MM, 2e-9, 6e4, 21.0)
+
+
 @pytest.mark.parametrize('make', ALL)
 def test_what_is_judged_lies_within_and_leaves_out_the_ends(
         make: Callable[[Setup], TestPrint]) -> None:
