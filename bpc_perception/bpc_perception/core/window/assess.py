@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from bpc_perception.core.testprints.lag import Delay, lag_of, STATE_PERIOD_S
 from bpc_perception.core.window.contradictions import expect_agreement, Stranger, strangers
 from bpc_perception.core.window.enough import expect_enough, LEAST_LINES
 from bpc_perception.core.window.model import fit_model, Model, Prediction
@@ -41,8 +42,8 @@ class InkWindow:
         speed: recommended [m/s].
         expected: by model, what is expected with the recommended setting.
         strangers: lines whose width does not fit to the others.
-        start_lag: of the lines in the median [s]; NaN = not known.
-        stop_lag: of the lines in the median [s]; NaN = not known.
+        start_lag: of the extruder [s]; NaN = not known.
+        stop_lag: of the extruder [s]; NaN = not known.
     """
 
     wanted: Wanted
@@ -99,7 +100,7 @@ def find_window(lines: Sequence[SweepLine], wanted: Wanted) -> InkWindow:
     return InkWindow(
         wanted, tuple(lines), proven, models, grid, *best,
         {of: model.predict(*one, wanted.temperature) for of, model in models.items()},
-        tuple(strangers(width)), _median(lines, 'start_lag'), _median(lines, 'stop_lag'))
+        tuple(strangers(width)), _lag(lines, 'start_lag'), _lag(lines, 'stop_lag'))
 
 
 def _at_temperature(lines: Sequence[SweepLine],
@@ -153,7 +154,7 @@ def _are_enough(lines: Sequence[SweepLine], drive: Drive) -> bool:
     return True
 
 
-def _median(lines: Sequence[SweepLine], name: str) -> float:
-    known = column(lines, name)
-    known = known[np.isfinite(known)]
-    return float(np.median(known)) if len(known) else math.nan
+def _lag(lines: Sequence[SweepLine], name: str) -> float:
+    """Return the lag common to all lines [s], as a test print tells it: not that of one speed."""
+    delays = [Delay(time, STATE_PERIOD_S) for time in column(lines, name).tolist()]
+    return lag_of(delays, column(lines, 'speed'), math.nan).time

@@ -28,7 +28,8 @@ def breaking(flow: float, speed: float) -> float:
 
 @pytest.fixture(scope='module')
 def window() -> InkWindow:
-    lines = [replace(line, area=line.flow / line.speed, start_lag=0.1) for line in sweep(breaking)]
+    lines = [replace(line, area=line.flow / line.speed, start_lag=0.1,
+                     stop_lag=0.2 + 0.5 * MM / line.speed) for line in sweep(breaking)]
     return find_window(lines, Wanted(TARGET_MM * MM, 0.1))
 
 
@@ -57,7 +58,8 @@ def test_settings_have_no_noise(window: InkWindow) -> None:
     values = settings(window)
     assert values['flow_mm3_s'] / values['speed_mm_s'] == pytest.approx(FLOW_PER_SPEED, rel=2e-3)
     assert values['start_lag_s'] == 0.1
-    assert 'stop_lag_s' not in values
+    assert values['stop_lag_s'] == 0.2  # what lies behind the place of the nozzle is no lag
+    assert 'stop_lag_s' not in settings(find_window(sweep(), Wanted(TARGET_MM * MM, 0.1)))
     assert all(len(repr(value)) < 13 for value in values.values())
     assert values['delivered_share'] == pytest.approx(1, rel=1e-3)
 
