@@ -14,7 +14,7 @@ from bpc_perception.core.design.pieces import Pieces
 from bpc_perception.core.design.presence import Missing, missing_in, presence_of
 from bpc_perception.core.design.registration import register, Registration
 from bpc_perception.core.path.deposition_path import DepositionPath
-from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.targets import WidthTargets
 
 MOST_BESIDE = 0.5  # share of the ink that may lie beside a design whose place is told
@@ -137,10 +137,12 @@ def compare_with_design(profile: ThicknessProfile, wanted: WantedDesign,
     pieces, up = placed(wanted.design, place.T_base_design)
     found = deviations_of(profile, pieces, up)
     presence = presence_of(profile, path or path_of(profile, True), pieces, found)
+    measured = profile.status == Status.MEASURED  # a gap is no thin bead
     findings = DesignFindings(
         wanted.name, place, Spread.of(found.nozzle), Spread.of(found.bead),
-        Spread.of(profile.thickness - found.width), layers_of(pieces, found, presence, up),
-        missing_in(pieces, presence), profile.runs_of(found.surplus))
+        Spread.of((profile.thickness - found.width)[measured]),
+        layers_of(pieces, found, presence, up), missing_in(pieces, presence),
+        profile.runs_of(found.surplus))
     return DesignComparison(wanted, findings, pieces, found)
 
 

@@ -20,6 +20,7 @@ from bpc_perception.core.design.design import Design
 from bpc_perception.core.design.presence import Presence
 from bpc_perception.core.design.registration import Registration
 from bpc_perception.core.geometry import transform
+from bpc_perception.core.profile import Status
 from bpc_perception.core.targets import WidthTargets
 
 PLACE = pose((0.5, -0.1, 0.02), (77, 0, 0))
@@ -99,6 +100,19 @@ def test_widths_of_the_design_are_the_targets_also_of_what_comes() -> None:
     assert targets is not None
     np.testing.assert_allclose(targets.at(np.linspace(0, 9, 40) * MM), 0.8 * MM)
     assert float(targets.at(12 * MM)) == pytest.approx(1.2 * MM)
+
+
+def test_a_gap_is_no_thin_bead() -> None:
+    points, stroke = printed(STEP, PLACE, STEP.length)
+    profile = profile_along(points, stroke, width=1 * MM)
+    status, thickness = profile.status.copy(), profile.thickness.copy()
+    status[10:30], thickness[10:30] = Status.GAP, 0.0
+    broken = replace(profile, status=status, thickness=thickness)
+    wanted = WantedDesign('vase.csv', STEP)
+    whole, found = (compare_with_design(each, wanted).findings.width
+                    for each in (profile, broken))
+    assert found.count == whole.count - 20
+    assert found.most == pytest.approx(0.2 * MM)
 
 
 def test_where_the_design_tells_no_width_another_target_holds() -> None:
