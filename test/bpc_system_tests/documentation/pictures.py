@@ -1,7 +1,7 @@
-"""Run as a program, makes the pictures of the documentation anew, from the sample recording.
+"""Run as a program, makes the pictures of the documentation anew.
 
-They are overlay.png, page.jpg, report.jpg and control.jpg in docs/pictures; all but the first need
-a browser.
+They are overlay.png, page.jpg, report.jpg and control.jpg in docs/pictures, and of the tutorial of
+a new ink sweep.png, window.jpg and good_print.jpg. JPEGs need a browser.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ import cv2
 import numpy as np
 from selenium.webdriver import Chrome
 
+from bpc_perception.core.result import Result
 from bpc_perception.display.overlay import draw_overlay
+from bpc_system_tests.documentation.walk import NEW_INK, walk
 from bpc_system_tests.parts.archive import record_archive, STEADY
 from bpc_system_tests.parts.browser import browsing, DESKTOP_PX, missing, show_as
 from bpc_system_tests.parts.command_line import ROOT, SAMPLE, succeed
@@ -23,13 +25,17 @@ from bpc_system_tests.parts.sample_print import sample_results
 PICTURES = ROOT / 'docs' / 'pictures'
 LARGEST = 200_000  # [bytes]
 QUALITIES = range(95, 40, -5)  # of JPEG
+WIDE_PX = (1400, 780)
+# Names of files as one sees them who works in that folder.
+HIDE_FOLDER = """for (const words of document.querySelectorAll("p"))
+    words.innerHTML = words.innerHTML.replaceAll(arguments[0], "")"""
 NODES = ('camera_driver', 'path_recorder', 'thickness')
 
 
-def overlay() -> None:
-    """The last capture of the sample print."""
-    picture = draw_overlay(sample_results()[-1]) & 0xF0  # fewer colours, a smaller file
-    cv2.imwrite(str(PICTURES / 'overlay.png'), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
+def overlay(result: Result, name: str) -> None:
+    """A capture with its side points."""
+    picture = draw_overlay(result) & 0xF0  # fewer colours, a smaller file
+    cv2.imwrite(str(PICTURES / name), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR),
                 [cv2.IMWRITE_PNG_COMPRESSION, 9])
 
 
@@ -71,6 +77,20 @@ def control(driver: Chrome) -> None:
         save(driver, 'control.jpg')
 
 
+def new_ink(driver: Chrome) -> None:
+    """The sweep of a new ink, its window, and the report of the print with the settings found."""
+    with tempfile.TemporaryDirectory() as folder:
+        walk(NEW_INK, Path(folder))
+        there = Path(folder, 'ink_7')
+        overlay(sample_results(there / 'sweep')[-1], 'sweep.png')
+        show_as(driver, WIDE_PX)
+        for page_of, name in (('window/window.html', 'window.jpg'),
+                              ('results/report.html', 'good_print.jpg')):
+            driver.get((there / page_of).as_uri())
+            driver.execute_script(HIDE_FOLDER, f'{folder}/')
+            save(driver, name)
+
+
 def save(driver: Chrome, name: str) -> None:
     """What the browser shows, as good as it gets in a small file."""
     picture = cv2.imdecode(np.frombuffer(driver.get_screenshot_as_png(), np.uint8),
@@ -87,9 +107,10 @@ if __name__ == '__main__':
     if lacking := missing():
         raise SystemExit(lacking)
     PICTURES.mkdir(exist_ok=True)
-    overlay()
+    overlay(sample_results()[-1], 'overlay.png')
     with browsing() as driver:
         with page_under_test(driver) as stage:
             page(stage)
         report(driver)
         control(driver)
+        new_ink(driver)

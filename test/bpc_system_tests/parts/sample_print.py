@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -20,16 +21,16 @@ SAMPLE_SPACING_M = 2e-4  # of that path
 CAPTURES = 200  # of a long print
 
 
-def settings() -> ThicknessConfig:
-    """Return the parameters of the thickness node in the sample recording."""
-    return configure(ThicknessConfig(), 'thickness', SAMPLE / 'params.yaml')
+def settings(bag: Path = SAMPLE) -> ThicknessConfig:
+    """Return the parameters of the thickness node in the sample recording, or another."""
+    return configure(ThicknessConfig(), 'thickness', bag / 'params.yaml')
 
 
-def sample_results() -> list[Result]:
-    """Measure every capture of the sample print."""
+def sample_results(bag: Path = SAMPLE) -> list[Result]:
+    """Measure every capture of the sample print, or of another recording."""
     return list(measure_bag(
-        Bag(SAMPLE), load_hand_eye(SAMPLE / 'hand_eye.calib'), settings(),
-        configure(RecorderConfig(), 'path_recorder', SAMPLE / 'params.yaml')))
+        Bag(bag), load_hand_eye(bag / 'hand_eye.calib'), settings(bag),
+        configure(RecorderConfig(), 'path_recorder', bag / 'params.yaml')))
 
 
 def long_print(result: Result, capture: int) -> Result:
