@@ -45,12 +45,15 @@ def running_suite(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[No
         graph = Graph(domain)
         listener = graph.make(Node, 'listener')
         folder = tmp_path_factory.mktemp('doors')
+        design = folder / 'line.csv'  # with one there is a topic more
+        design.write_text('x_mm,y_mm,z_mm\n0,0,0\n20,0,0\n')
         try:
             with Nodes(SAMPLE / 'params.yaml', {'use_sim_time': True}) as nodes:
                 calibration = str(SAMPLE / 'hand_eye.calib')
                 nodes.start('bpc_perception.nodes.path_recorder')
-                nodes.start('bpc_perception.nodes.composed', back_end='bag', bag=str(SAMPLE),
-                            hand_eye_file=calibration)
+                nodes.start('bpc_perception.nodes.composed', **{
+                    'back_end': 'bag', 'bag': str(SAMPLE), 'hand_eye_file': calibration,
+                    'design.file': str(design)})
                 nodes.start('bpc_perception.nodes.bag_recorder', bag=str(folder / 'bag'))
                 nodes.start('bpc_perception.nodes.bag_player', bag=str(SAMPLE))
                 nodes.start('bpc_perception.nodes.extruder_bridge', back_end='bool')
