@@ -10,10 +10,10 @@ import pytest
 from testprint_builders import Ink, printed
 
 from bpc_perception.cli.app import command_line
+from bpc_perception.files import sweep_table
 from bpc_perception.files.settings_file import settings_file
 from bpc_perception.files.testprints.stroke_table import read_test_print
 from bpc_perception.report.profile_table import profile_csv
-from bpc_perception.report.testprints.rows import SWEEP_COLUMNS
 
 FOR = '--nozzle-mm', '1', '--bed-mm', '100,100'
 
@@ -97,7 +97,7 @@ def test_scripts_are_told_the_same(tmp_path: Path, capsys: pytest.CaptureFixture
     lines = [event for event in events if event['event'] == 'line']
     assert len(lines) == 4
     for line in lines:
-        assert tuple(line)[1:] == SWEEP_COLUMNS
+        assert tuple(line)[1:] == sweep_table.COLUMNS
         assert line['width_mm'] == pytest.approx(1.2)
         assert line['start_lag_s'] == pytest.approx(0.2, abs=0.04)
         assert line['stop_lag_s'] is None

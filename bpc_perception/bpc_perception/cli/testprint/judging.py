@@ -22,6 +22,7 @@ from bpc_perception.cli.parts.options import (
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.cli.printability.measured_print import measure_print, read_result
 from bpc_perception.display.plain_json import plain
+from bpc_perception.files import sweep_table
 from bpc_perception.files.design.wanted import place_told
 from bpc_perception.files.new_files import expect_new, write_new
 from bpc_perception.files.testprints.stroke_table import read_test_print
@@ -63,16 +64,12 @@ def judge(
     check_options(state_rate)
     # Imported late: shapely is an extra.
     from bpc_perception.core.testprints.judge import judge as judge_print
-    from bpc_perception.report.testprints.rows import (
-        FINDINGS_FILE,
-        judgement_files,
-        SWEEP_FILE,
-    )
+    from bpc_perception.report.testprints.rows import FINDINGS_FILE, judgement_files
 
     test = read_test_print(strokes)
     told = place_told(place) if place else None
     if out is not None:
-        expect_new(out, FINDINGS_FILE, *[SWEEP_FILE] * (test.name == 'lines'))
+        expect_new(out, FINDINGS_FILE, *[sweep_table.FILE] * (test.name == 'lines'))
     if (source / SUMMARY).is_file():
         found = read_result(source, print_number)
     else:

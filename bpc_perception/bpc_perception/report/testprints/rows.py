@@ -13,12 +13,9 @@ from bpc_perception.core.testprints.judge import Judgement
 from bpc_perception.core.testprints.sweep_judge import LineResult
 from bpc_perception.display.plain_json import plain
 from bpc_perception.display.units import MM_PER_M, UL_PER_M3
+from bpc_perception.files import sweep_table
 
-SWEEP_FILE, FINDINGS_FILE = 'sweep.csv', 'findings.csv'
-SWEEP_COLUMNS = (
-    'line', 'flow_mm3_s', 'speed_mm_s', 'pressure_kpa', 'temperature_c', 'width_mm',
-    'width_sigma_mm', 'height_mm', 'height_sigma_mm', 'area_mm2', 'area_sigma_mm2', 'samples',
-    'start_lag_s', 'stop_lag_s')
+FINDINGS_FILE = 'findings.csv'
 FINDING_COLUMNS = ('of', 'at', 'at_unit', 'quantity', 'value', 'sigma', 'unit', 'samples', 'note')
 SHOWN_UNITS = {'m': (MM_PER_M, 'mm'), 'm^2': (MM_PER_M**2, 'mm2'), '%': (1.0, '%'),
                's': (1.0, 's'), 'deg': (1.0, 'deg'), '': (1.0, '')}
@@ -67,7 +64,7 @@ def judgement_files(judgement: Judgement) -> dict[str, str]:
     files = {FINDINGS_FILE: _csv(FINDING_COLUMNS, map(
         finding_row, [*judgement.findings, *line_notes(judgement)]))}
     if judgement.sweep is not None:
-        files[SWEEP_FILE] = _csv(SWEEP_COLUMNS, map(sweep_row, judgement.sweep.lines))
+        files[sweep_table.FILE] = _csv(sweep_table.COLUMNS, map(sweep_row, judgement.sweep.lines))
     return files
 
 
