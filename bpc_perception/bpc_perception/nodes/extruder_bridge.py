@@ -59,6 +59,8 @@ class ExtruderBridgeNode(Node):
         states = self._connection.poll()
         now_ns = self.get_clock().now().nanoseconds
         for state in states:
+            if self._is_repeated(state):
+                continue
             stamp_ns = (now_ns if state.device_ns is None
                         else self._device_clock.map(state.device_ns, now_ns))
             if self._last is not None:
@@ -71,6 +73,14 @@ class ExtruderBridgeNode(Node):
                                          '; look for a busy computer')
                 continue
             self._publish(stamp_ns, self._plunger.motion(state), state.error_status)
+
+    def _is_repeated(self, state: TicState) -> bool:
+        """Return whether the device has said this: no time has passed on its clock."""
+        repeated = (self._last is not None and state.device_ns is not None
+                    and state.device_ns == self._last.device_ns)
+        if repeated:
+            self._diagnostics.count('repeated')
+        return repeated
 
     def _warn_of_changes(self, last: TicState, state: TicState) -> None:
         if (state.device_ns is not None and last.device_ns is not None

@@ -84,6 +84,7 @@ class Wire:
         tic: the state of the Tic.
         drop: share of the bytes that get lost.
         late: delay of what is sent next [s].
+        copies: how often each line is sent.
         answered: how often something was sent.
     """
 
@@ -91,6 +92,7 @@ class Wire:
         self.tic = tic
         self.drop = 0.0
         self.late = 0.0
+        self.copies = 1
         self.answered = 0
         self._port = port
         self._lines = lines
@@ -128,8 +130,9 @@ class Wire:
             try:
                 if self._lines:
                     self._unplugged.wait(max(next_line - time.monotonic(), 0))
-                    next_line += LINE_PERIOD_S
-                    self._send(master, format_line(self.tic.state()))
+                    # What a device had no time to send it does not send later at once.
+                    next_line = max(next_line, time.monotonic()) + LINE_PERIOD_S
+                    self._send(master, format_line(self.tic.state()) * self.copies)
                 elif select.select([master], [], [], LINE_PERIOD_S)[0]:
                     self._answer(master, os.read(master, 64))
             except OSError:  # the other end is not open, or the buffer is full

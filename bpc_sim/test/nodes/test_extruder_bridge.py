@@ -100,6 +100,15 @@ def test_states_are_those_of_the_device(graph: Graph, wire: Wire) -> None:
     assert found.values['supply [V]'] == '9.12'
 
 
+@pytest.mark.parametrize('wire', ['serial'], indirect=True)
+def test_a_state_that_comes_twice_is_published_once(graph: Graph, wire: Wire) -> None:
+    wire.copies = 2
+    found = bench(graph, wire)
+    stamps_ns = [stamp_to_ns(state.header.stamp) for state in found.more(20)]
+    assert np.all(np.diff(stamps_ns) > 0)
+    found.until(lambda: int(found.values.get('repeated', 0)) >= 10)
+
+
 def test_lost_bytes_cost_states_but_falsify_none(graph: Graph, wire: Wire) -> None:
     found = bench(graph, wire)
     found.more()
