@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from bpc_perception.core.advice.rate_advice import RateAdvice
+from bpc_perception.core.learning.rate_schedule import RateSchedule
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.targets import WidthTargets
 
@@ -27,25 +28,26 @@ class Controller(Protocol):
     def take(self, profile: ThicknessProfile, advice: RateAdvice | None, now_ns: int) -> None:
         """Take the profile of a capture at a time [ns], and the advice if it is followed."""
 
-    def scale(self, now_ns: int) -> float:
-        """Return the factor in force at a time [ns]."""
+    def scale(self, now_ns: int, place: float) -> float:
+        """Return the factor in force at a time [ns], and at a place of the path [m]."""
 
 
 class AdviceFollower:
-    """Follows advice exactly: the example of how to use ``rate_advice``.
+    """Follows advice and schedule: the example of how to use both.
 
     The factors of an advice multiply the rate in force at its stamp. So the follower keeps a log
     of its factors: what it changed since then is not corrected a second time. Advice that is not
     valid changes nothing, but allows to keep the last factor until ``valid_until``. When no
-    advice holds any more, the rate is the nominal one again.
+    advice holds any more, the rate is that of the schedule, or without one the nominal, again.
     """
 
     follows_advice = True
 
-    def __init__(self, actuator: str = 'flow') -> None:
+    def __init__(self, actuator: str = 'flow', schedule: RateSchedule | None = None) -> None:
         if actuator not in ('flow', 'speed'):
             raise ValueError(f'actuator: expected flow or speed, found {actuator}')
         self._actuator = actuator
+        self._schedule = schedule
         self._log: list[tuple[int, float]] = [(0, 1.0)]  # start of a factor [ns], factor
         self._until_ns = 0
 
@@ -65,9 +67,10 @@ class AdviceFollower:
             scale = advice.flow_rate_scale if self._actuator == 'flow' else advice.speed_scale
             self._set(now_ns, min(max(before * scale, SCALE_LIMITS[0]), SCALE_LIMITS[1]))
 
-    def scale(self, now_ns: int) -> float:
-        """Return the factor in force at a time [ns]."""
-        return self._in_force(now_ns)
+    def scale(self, now_ns: int, place: float) -> float:
+        """Return the factor in force at a time [ns] and a place [m]."""
+        planned = float(self._schedule.at(place)) if self._schedule else 1.0
+        return min(max(planned * self._in_force(now_ns), SCALE_LIMITS[0]), SCALE_LIMITS[1])
 
     def _mean(self, start_ns: int, end_ns: int) -> float:
         """Return the mean of the factor over an interval [ns] that the log covers."""
@@ -101,9 +104,9 @@ class NoFeedback:
     def take(self, profile: ThicknessProfile, advice: RateAdvice | None, now_ns: int) -> None:
         """Ignore the measurement."""
 
-    def scale(self, now_ns: int) -> float:
+    def scale(self, now_ns: int, place: float) -> float:
         """Return 1."""
-        del now_ns
+        del now_ns, place
         return 1.0
 
 
@@ -137,9 +140,9 @@ class MassBalance:
         if np.isfinite(ratio):
             self._scale = float(np.clip(self._scale / ratio**2, *SCALE_LIMITS))
 
-    def scale(self, now_ns: int) -> float:
+    def scale(self, now_ns: int, place: float) -> float:
         """Return the factor in force."""
-        del now_ns
+        del now_ns, place
         return self._scale
 
 
@@ -174,7 +177,7 @@ class ProportionalIntegral:
         if self._scale == wanted:
             self._integral = integral
 
-    def scale(self, now_ns: int) -> float:
+    def scale(self, now_ns: int, place: float) -> float:
         """Return the factor in force."""
-        del now_ns
+        del now_ns, place
         return self._scale

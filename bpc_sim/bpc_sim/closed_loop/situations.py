@@ -92,7 +92,7 @@ def graded_target(base: Situation, rng: np.random.Generator) -> Situation:
 
 def noise(variation: float) -> Maker:
     """Print on target, with noise of this coefficient of variation."""
-    return lambda base, _: _with_behaviour(base, noise=variation)
+    return lambda base, _: replace(_with_behaviour(base, noise=variation), noise_repeats=False)
 
 
 def soft_syringe(lag: float, off: float = 0.3) -> Maker:

@@ -44,7 +44,7 @@ class PrintControllerNode(Node):
         self._command()
 
     def _command(self) -> None:
-        self._commands.publish(Float64(data=self._follower.scale(self._now_ns())))
+        self._commands.publish(Float64(data=self._follower.scale(self._now_ns(), 0.0)))
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)

@@ -28,7 +28,7 @@ def follow(follower: AdviceFollower, *messages: tuple[float, RateAdvice]) -> Adv
 
 
 def scale(follower: AdviceFollower, time: float) -> float:
-    return follower.scale(round(time * SECOND_NS))
+    return follower.scale(round(time * SECOND_NS), 0.0)
 
 
 @pytest.mark.parametrize(('actuator', 'factor'), [('flow', 1.25), ('speed', 0.8)])

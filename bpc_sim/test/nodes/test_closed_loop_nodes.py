@@ -62,7 +62,7 @@ def test_the_controller_refuses_advice_without_a_meaning(graph: Graph) -> None:
         message.flow_rate_scale = spoiled
         publisher.publish(message)
     graph.spin_until(lambda: sum(controller._diagnostics._refusals.values()) == 4)
-    assert controller._follower.scale(now_ns(controller)) == 1.0
+    assert controller._follower.scale(now_ns(controller), 0.0) == 1.0
 
 
 def test_the_printer_extrudes_what_is_commanded_and_refuses_what_is_no_factor(

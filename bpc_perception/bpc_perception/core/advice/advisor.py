@@ -18,6 +18,7 @@ from bpc_perception.core.advice.correction import correct, Situation
 from bpc_perception.core.advice.delivery_filter import Delivery
 from bpc_perception.core.advice.laid import REACH
 from bpc_perception.core.advice.observations import Finding, Observations
+from bpc_perception.core.advice.planned import Planned
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.advice.setup import Setup
 from bpc_perception.core.advice.window import laid_before, look_back, Window
@@ -70,6 +71,7 @@ class _Print:
         areas: the same of areas, instead of widths.
         command: in force.
         contradictions: among widths, as far as they are known.
+        planned: the schedule in force; None = there is none.
     """
 
     print_id: str
@@ -86,6 +88,7 @@ class _Print:
     areas: Observations | None = None
     command: _Command = field(default_factory=_Command)
     contradictions: Contradictions = field(default_factory=Contradictions)
+    planned: Planned | None = None
 
     @classmethod
     def begun(cls, profile: ThicknessProfile, lifetime: float) -> _Print:
@@ -104,9 +107,27 @@ class _Print:
         return elapsed
 
     @property
+    def factors_ahead(self) -> tuple[float, float]:
+        """Logarithms of the least and the largest factor that comes while advice holds."""
+        least, largest = np.log(self.planned.ahead) if self.planned else (0.0, 0.0)
+        return float(least), float(largest)
+
+    @property
     def until_effect(self) -> float:
         """Time from the capture until the middle of what its advice is going to lay [s]."""
         return float(np.median(self.periods or [0.0]) / 2 + DELAY_S)
+
+    def follow(self, planned: Planned | None) -> None:
+        """Take a schedule; where another begins, what was learned before is not about it."""
+        before, self.planned = self.planned, planned
+        if (planned and planned.since) != (before and before.since):
+            self.observations = self.areas = None
+
+    def observe(self, path: DepositionPath, by_area: bool = False) -> Observations:
+        """Return observations that begin, or those of a schedule that does."""
+        if self.planned is None:
+            return Observations(path, by_area=by_area)
+        return Observations(path, self.planned.since, by_area, self.planned.sigma)
 
     def begin_anew(self, path: DepositionPath) -> bool:
         """Forget all observations if the rate is not recorded: nobody knows if it is changed now.
@@ -142,7 +163,8 @@ class Advisor:
 
     def advise(self, profile: ThicknessProfile, path: DepositionPath, config: AdviceConfig,
                contradiction: Reason | None = None,
-               targets: WidthTargets | None = None) -> RateAdvice:
+               targets: WidthTargets | None = None,
+               planned: Planned | None = None) -> RateAdvice:
         """Return advice after a capture.
 
         Args:
@@ -151,16 +173,29 @@ class Advisor:
             config: limits and thresholds.
             contradiction: why profile and path do not fit to each other; None = they do.
             targets: thickness wanted along this print; None = as along all.
+            planned: the schedule in force; None = there is none.
         """
+        wanted = WidthTargets.wanted(targets or self._targets, config.target_thickness)
+        if planned is None or wanted is None:
+            return self._advise(profile, path, config, contradiction, wanted, None)
+        advice = self._advise(
+            planned.levelled(profile, wanted), planned.without(path), config, contradiction,
+            WidthTargets.constant(float(wanted.at(planned.since))), planned)
+        return planned.restored(advice, wanted)
+
+    def _advise(self, profile: ThicknessProfile, path: DepositionPath, config: AdviceConfig,
+                contradiction: Reason | None, wanted: WidthTargets | None,
+                planned: Planned | None) -> RateAdvice:
+        """Return advice, on top of what is planned."""
         covered = path.covers(profile.stamp_ns)
         path = path.until(profile.stamp_ns)
         current = self._print = self._print_of(profile, path, config.lifetime)
+        current.follow(planned)
         seen, profile = profile, laid_before(profile, config.acquisition_time)
         window = look_back(profile, config.window, current.blind_until)
         if contradiction is None and abs(window.offset) > config.maximum_offset:
             contradiction = Reason.PATH_OFFSET
         elapsed = current.next_capture(profile.stamp_ns, len(path))
-        wanted = WidthTargets.wanted(targets or self._targets, config.target_thickness)
         finding = self._find(current, path, profile, wanted, config)
         delivery = finding.models.estimate() if finding is not None else None
         target = _target_ahead(current, window, path, delivery, wanted)
@@ -200,10 +235,10 @@ class Advisor:
         """Find how much arrives, and the command in force; None without a target or a command."""
         if not path.extruding.any():
             return None
-        observations = current.observations = current.observations or Observations(path)
+        observations = current.observations = current.observations or current.observe(path)
         observations.take(path, profile)
         if config.by_volume and (current.areas is not None or (profile.area > 0).any()):
-            current.areas = current.areas or Observations(path, by_area=True)
+            current.areas = current.areas or current.observe(path, by_area=True)
             current.areas.take(path, profile, observations)
         laid = observations.laid
         laying = np.flatnonzero(laid.laying)
@@ -297,7 +332,8 @@ def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: 
         volume=np.log(current.command.volume),
         lacking=2 * np.log(advice.target_thickness / advice.measured_thickness),
         prior=current.prior, correcting=current.correcting, followed=followed, elapsed=elapsed,
-        longest_period=max(current.periods, default=0.0), until_effect=current.until_effect)
+        longest_period=max(current.periods, default=0.0), until_effect=current.until_effect,
+        planned=current.factors_ahead)
     correction = correct(situation, finding, delivery, config)
     area = measured_area(profile, advice.window)
     by_area = (config.by_volume and current.areas is not None and area > 0
@@ -314,11 +350,13 @@ def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: 
         current.begin_anew(path)
     flow_scale, speed_scale = correction.flow_scale, correction.speed_scale
     last = int(np.flatnonzero(path.extruding)[-1])
+    # Where a schedule changes the flow all the time, no value of it holds.
+    held = np.nan if current.planned else flow_scale
     return replace(
         advice, reason=correction.reason, confidence=correction.confidence,
         flow_rate_scale=flow_scale, speed_scale=speed_scale,
-        flow_rate=float(path.flow_rate[last]) * flow_scale,
-        plunger_velocity=float(path.plunger_velocity[last]) * flow_scale,
+        flow_rate=float(path.flow_rate[last]) * held,
+        plunger_velocity=float(path.plunger_velocity[last]) * held,
         speed=float(current.command.speed) * speed_scale,
         by_volume=by_area, measured_area=area)
 

@@ -35,6 +35,7 @@ class Situation:
         elapsed: since the capture before [s].
         longest_period: between the newest captures [s].
         until_effect: from the capture until what the advice is going to lay [s].
+        planned: least and largest factor of a schedule that comes while the advice holds.
     """
 
     area: float
@@ -48,6 +49,7 @@ class Situation:
     elapsed: float
     longest_period: float
     until_effect: float
+    planned: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,9 @@ def correct(now: Situation, finding: Finding, delivery: Delivery,
     if not sure.any():
         return Correction(1.0, 1.0, confidence, Reason.ON_TARGET)
     # Both stay in proportion to what the print was set up with, however often advice is followed.
-    least, most = np.log((config.minimum_scale, config.maximum_scale))
+    # Limits hold for advice and schedule together.
+    least = min(np.log(config.minimum_scale) - now.planned[0], 0.0)
+    most = max(np.log(config.maximum_scale) - now.planned[1], 0.0)
     nominal = now.area - now.prior - now.volume
     believed = np.clip(sure, nominal + least, nominal + most)
     asked = confidence * believed * (1, -1)  # the speed goes against the flow

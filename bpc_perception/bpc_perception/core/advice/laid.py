@@ -83,20 +83,25 @@ def held_rates(rate: Array) -> Array:
     return np.nan_to_num(rate[known_at])
 
 
-def flow_behind_lags(path: DepositionPath, held: Array, known: Array) -> Array:
+def flow_behind_lags(path: DepositionPath, held: Array, known: Array,
+                     under_way: bool = False) -> Array:
     """Return the flow (N, L) behind each lag at each path point.
 
     Args:
         path: N points.
         held: (N,) rate commanded.
         known: (K, L) flow at the first points, from before.
+        under_way: whether ink arrives at the first point as commanded; else nothing does.
     """
     count = len(path)
     flow = np.zeros((count, len(LAGS_S)))
     flow[:len(known)] = known
-    first = max(len(known), 1)  # at the very first point nothing has arrived
+    first = max(len(known), 1)
+    begin = held[0] if under_way else 0.0
+    if not len(known):
+        flow[0] = begin
     before = np.searchsorted(path.time, path.time - DEAD_TIME_S, side='right') - 1
-    arriving = np.where(before < 0, 0.0, held[before])
+    arriving = np.where(before < 0, begin, held[before])
     kept = kept_after(np.diff(path.time[first - 1:]))
     for index, share in enumerate(kept, first):
         flow[index] = arriving[index] + share * (flow[index - 1] - arriving[index])

@@ -7,7 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from bpc_perception.core.advice.delivery_filter import DeliveryFilter, LAGS_S, transient_variance
+from bpc_perception.core.advice.delivery_filter import (
+    DeliveryFilter,
+    LAGS_S,
+    PRIOR_SIGMA,
+    transient_variance,
+)
 from bpc_perception.core.advice.laid import (
     commanded_rates,
     flow_behind_lags,
@@ -26,6 +31,7 @@ OBSERVATION_LENGTH_M = 1e-3  # of path that makes one observation
 # Samples that tell whether volumes can be compared, and between which shares of what was commanded
 # they lie if so: an extruder that is calibrated.
 LEAST_AREAS, LEAST_VOLUME, MOST_VOLUME = 25, 0.7, 1.4
+LEAST_PLANNED_SIGMA = 0.1  # of the gain under a schedule: the ink may be another
 SPEED_S = 0.8  # over which the speed in force is taken: a glitch of stamps is shorter
 SPEED_LOST_S = 1.5  # without a steady way, after which it is not known
 SETTLED_M = 0.02  # path behind the nozzle from which no capture brings news
@@ -78,6 +84,8 @@ class Observations:
         path: of the print.
         start: arc length before which nothing is learned [m].
         by_area: whether the area of the cross-section is observed, instead of the width.
+        planned_sigma: of the logarithm of what a schedule makes of the ink along the path; it
+            fills the lag after each pause. None = there is no schedule.
 
     Attributes:
         rate_known: whether the command was recorded.
@@ -85,8 +93,11 @@ class Observations:
     """
 
     def __init__(self, path: DepositionPath, start: float = -np.inf,
-                 by_area: bool = False) -> None:
+                 by_area: bool = False, planned_sigma: float | None = None) -> None:
         self._by_area = by_area
+        self._planned = planned_sigma is not None
+        self._prior_sigma = (PRIOR_SIGMA if planned_sigma is None else
+                             min(max(planned_sigma, LEAST_PLANNED_SIGMA), PRIOR_SIGMA))
         self._rate = recorded_rate(path)
         self.rate_known = bool(self._rate)
         self._path = path.where(np.zeros(len(path), bool))
@@ -115,8 +126,8 @@ class Observations:
 
     def _take_command(self, path: DepositionPath, until: float) -> None:
         rate = commanded_rates(path, self._rate)
-        held = held_rates(rate)
-        self._flow = flow_behind_lags(path, held, self._flow)
+        held = held_rates(np.where(rate == 0, np.nan, rate) if self._planned else rate)
+        self._flow = flow_behind_lags(path, held, self._flow, self._planned)
         self.laid = laid_along(path, rate, held, self._flow, until)
 
     def _take_widths(self, profile: ThicknessProfile) -> None:
@@ -139,7 +150,7 @@ class Observations:
             prior: logarithm of the gain for which the print was set up; used at first only.
             clog_drop: share of the delivery that has to be lost at once for a fall.
         """
-        settled = self._settled = self._settled or DeliveryFilter(prior)
+        settled = self._settled = self._settled or DeliveryFilter(prior, self._prior_sigma)
         laid = self.laid.length
         numbers = np.floor(laid / OBSERVATION_LENGTH_M).astype(int)
         borders = np.searchsorted(numbers, np.arange(self._settled_number, numbers[-1] + 2))

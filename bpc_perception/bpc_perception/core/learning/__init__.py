@@ -1,0 +1,1 @@
+"""Learning from what repeats: a finished layer or print corrects the next of the same path."""
