@@ -8,7 +8,7 @@ Constants are those that others have measured or use:
 - Pneumatic dispensers have a dead time of 0.15 s.
 - The width of printed lines varies by 7 to 23 % along a line, with an autocorrelation of 0.82
   from one sample to the next (series published with arXiv:2201.11819); a sample is taken to be a
-  millimetre.
+  millimetre. Instead of this, an unevenness as measured may be taken (``unevenness``).
 - A bead of flow Q, laid at speed v and spread k-fold, is w = k sqrt(4 Q / (pi v)) wide.
 """
 
@@ -24,6 +24,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from bpc_perception.core.arrays import Array
+from bpc_sim.ink.unevenness import Unevenness
 
 NOISE_CORRELATION = 0.82  # of the width, from one millimetre to the next
 NOISE_STEP_M = 2e-4  # between values of the noise
@@ -55,6 +56,8 @@ class ExtruderBehaviour:
         drag: how much thinner the bead is at a corner, as a fraction.
         spreading: width of the bead over the diameter of a round bead.
         seed: seed of the noise.
+        unevenness: of the width, instead of the noise; None = the noise.
+        layer: number of the layer, from 1; parts of an unevenness may repeat from layer to layer.
     """
 
     lag: float = 0.3
@@ -66,6 +69,8 @@ class ExtruderBehaviour:
     drag: float = 0.2
     spreading: float = 1.6
     seed: int = 0
+    unevenness: Unevenness | None = None
+    layer: int = 1
 
     def flow_for(self, width: float, speed: float) -> float:
         """Return the flow [m^3/s] for a width [m] at a speed [m/s] if all ink arrives."""
@@ -136,11 +141,18 @@ class Extrusion:
 
     @cached_property
     def _noise(self) -> tuple[Array, Array]:
-        """Arc lengths (K,) [m] and factors (K,) on the width, autoregressive of first order."""
+        """Arc lengths (K,) [m] and factors (K,) on the width."""
         s = np.arange(0.0, self._length + 2 * NOISE_STEP_M, NOISE_STEP_M)
+        behaviour = self.behaviour
+        factors = (self._assumed(len(s)) if behaviour.unevenness is None
+                   else behaviour.unevenness.factors(len(s), NOISE_STEP_M, behaviour.seed,
+                                                     behaviour.layer))
+        return s, np.maximum(factors, SMALLEST_NOISE_FACTOR)
+
+    def _assumed(self, count: int) -> Array:
+        """Factors (count,) on the width, autoregressive of first order."""
         rng = np.random.default_rng(self.behaviour.seed)
         keep = NOISE_CORRELATION**(NOISE_STEP_M / 1e-3)
-        shocks = rng.standard_normal(len(s)) * np.sqrt(1 - keep**2)
+        shocks = rng.standard_normal(count) * np.sqrt(1 - keep**2)
         shocks[0] = rng.standard_normal()
-        noise = lfilter([1.0], [1.0, -keep], shocks)
-        return s, np.maximum(1 + self.behaviour.noise * noise, SMALLEST_NOISE_FACTOR)
+        return np.asarray(1 + self.behaviour.noise * lfilter([1.0], [1.0, -keep], shocks))
