@@ -15,6 +15,7 @@ from bpc_perception.core.arrays import Array
 from bpc_perception.core.targets import WidthTargets
 from bpc_sim.closed_loop.situation import NOMINAL_SPEED_M_PER_S, NOMINAL_WIDTH_M, Situation
 from bpc_sim.ink.extrusion import Delivery, ExtruderBehaviour
+from bpc_sim.ink.unevenness import MeasuredUnevenness
 
 PRINT_LENGTH_M = 0.24
 SLOW_CAMERA_PERIOD_S = 1 / 0.3  # of the slowest camera
@@ -93,6 +94,11 @@ def graded_target(base: Situation, rng: np.random.Generator) -> Situation:
 def noise(variation: float) -> Maker:
     """Print on target, with noise of this coefficient of variation."""
     return lambda base, _: replace(_with_behaviour(base, noise=variation), noise_repeats=False)
+
+
+def measured_noise(base: Situation, _: np.random.Generator) -> Situation:
+    """Print on target, as uneven as lines of a real ink were."""
+    return _with_behaviour(base, unevenness=MeasuredUnevenness())
 
 
 def soft_syringe(lag: float, off: float = 0.3) -> Maker:
@@ -201,6 +207,7 @@ SITUATIONS: dict[str, Maker] = {
     'noise_07': noise(0.07),
     'noise_15': noise(0.15),
     'noise_23': noise(0.23),
+    'measured_noise': measured_noise,
     'lag_1': soft_syringe(1.0),
     'lag_3': soft_syringe(3.0),
     'lag_10': soft_syringe(10.0),
