@@ -110,6 +110,23 @@ class NoFeedback:
         return 1.0
 
 
+class ScheduleFollower:
+    """Follows a schedule alone."""
+
+    follows_advice = False
+
+    def __init__(self, schedule: RateSchedule | None) -> None:
+        self._schedule = schedule
+
+    def take(self, profile: ThicknessProfile, advice: RateAdvice | None, now_ns: int) -> None:
+        """Ignore the measurement."""
+
+    def scale(self, now_ns: int, place: float) -> float:
+        """Return the factor at a place [m]."""
+        del now_ns
+        return float(self._schedule.at(place)) if self._schedule else 1.0
+
+
 def mean_width_ratio(profile: ThicknessProfile, targets: WidthTargets) -> float:
     """Return the mean of measured over wanted width in the newest 20 mm of path.
 

@@ -74,7 +74,7 @@ class Situation:
 
     def in_layer(self, layer: int) -> Situation:
         """Return the situation in a layer, from 1: other noise of the camera, and of the ink."""
-        behaviour = self.behaviour
+        behaviour = replace(self.behaviour, layer=layer)
         if not self.noise_repeats:
             behaviour = replace(behaviour, seed=behaviour.seed + LAYER_SEEDS * (layer - 1))
         if layer >= OTHER_INK_LAYER and self.other_ink != (1.0, 1.0):

@@ -24,6 +24,7 @@ CLOG_LENGTH_M = 0.04
 LONGEST_DEAD_TIME_S = 0.5
 SPEED_CHANGE_LENGTH_M = 0.02  # from change to change
 CORNER_SPACING_M = 0.02
+STROKE_SPACING_M, STROKE_LENGTH_M = 0.03, 0.024
 CORNER_SLOWDOWN_M = 2e-3  # over which the robot slows down
 
 Maker = Callable[[Situation, np.random.Generator], Situation]
@@ -145,6 +146,26 @@ def corners(base: Situation, rng: np.random.Generator) -> Situation:
     return replace(_with_behaviour(base, corners=at, delivery=constant(share)), speed=speed)
 
 
+def strokes(base: Situation, rng: np.random.Generator) -> Situation:
+    """Print strokes with travel between: the extruder is switched on and off."""
+    begin = np.arange(0.0, base.length, STROKE_SPACING_M)
+    share = float(rng.uniform(0.75, 1.25))
+    return replace(_with_behaviour(base, delivery=constant(share)),
+                   strokes=np.column_stack((begin, begin + STROKE_LENGTH_M)))
+
+
+def fresh(make: Maker) -> Maker:
+    """Print with noise that is another in each layer."""
+    return lambda base, rng: replace(make(base, rng), noise_repeats=False)
+
+
+def other_ink(base: Situation, rng: np.random.Generator) -> Situation:
+    """Print the third layer with another ink, and tell nobody."""
+    share = float(rng.uniform(0.7, 1.3))
+    return replace(_with_behaviour(base, lag=_log_uniform(rng, 0.2, 2), delivery=constant(share)),
+                   other_ink=(_log_uniform(rng, 0.5, 2), _log_uniform(rng, 0.5, 2)))
+
+
 def everything(base: Situation, rng: np.random.Generator) -> Situation:
     """Combine a soft syringe, drift, noise and corners."""
     share = float(rng.uniform(0.7, 1.3))
@@ -217,6 +238,10 @@ SITUATIONS: dict[str, Maker] = {
     'speed_changes': speed_changes,
     'corners': corners,
     'everything': everything,
+    'strokes': strokes,
+    'fresh_under_delivery': fresh(delivery(0.7)),
+    'fresh_over_delivery': fresh(delivery(1.3)),
+    'other_ink': other_ink,
     'clog': clog,
     'bubble': bubble,
     'extruder_fault': extruder_fault,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +19,7 @@ from bpc_perception.core.advice.laid import (
     held_rates,
     Laid,
     laid_along,
+    per_length,
     RATES,
     REACH,
     recorded_rate,
@@ -33,6 +34,8 @@ OBSERVATION_LENGTH_M = 1e-3  # of path that makes one observation
 LEAST_AREAS, LEAST_VOLUME, MOST_VOLUME = 25, 0.7, 1.4
 LEAST_PLANNED_SIGMA = 0.1  # of the gain under a schedule: the ink may be another
 SPEED_S = 0.8  # over which the speed in force is taken: a glitch of stamps is shorter
+FOLLOWING_S = 10.0  # in which flow and speed are compared: the flow follows if the volume per
+FOLLOWING = 0.5  # length varies less than the flow by this factor
 SPEED_LOST_S = 1.5  # without a steady way, after which it is not known
 SETTLED_M = 0.02  # path behind the nozzle from which no capture brings news
 LEAST_FLOW = 0.02  # behind a lag, as a share of the command
@@ -126,9 +129,18 @@ class Observations:
 
     def _take_command(self, path: DepositionPath, until: float) -> None:
         rate = commanded_rates(path, self._rate)
-        held = held_rates(np.where(rate == 0, np.nan, rate) if self._planned else rate)
-        self._flow = flow_behind_lags(path, held, self._flow, self._planned)
-        self.laid = laid_along(path, rate, held, self._flow, until)
+        if not self._planned:
+            held = held_rates(rate)
+            self._flow = flow_behind_lags(path, held, self._flow)
+            self.laid = laid_along(path, rate, held, self._flow, until)
+            return
+        # The schedule leads the command for the lag, at each pause and change of speed. So what is
+        # behind a lag is what is commanded beside the schedule, per length of path.
+        speed = per_length(path, path.arc_length, path.time)
+        held = held_rates(np.where((rate > 0) & (speed > 0), rate, np.nan))
+        volume = held_rates(np.where((rate > 0) & (speed > 0), rate / speed, np.nan))
+        self._flow = flow_behind_lags(path, volume, self._flow, under_way=True)
+        self.laid = replace(laid_along(path, rate, held, self._flow, until), arrived=self._flow)
 
     def _take_widths(self, profile: ThicknessProfile) -> None:
         new = np.full(len(self._path) - len(self._width), np.nan)
@@ -166,7 +178,10 @@ class Observations:
                 follower.follow(self._observe(chosen, prior))
         if last_settled > self._settled_number:
             self._settled, self._settled_number = settled, last_settled
-        return Finding(follower.models, np.maximum(self._flow[-1], LEAST_FLOW * held),
+        # Under a schedule it is per length of path.
+        last = int(np.flatnonzero(self.laid.laying)[-1])
+        flow = self._flow[-1] * (self.in_force(last)[1] if self._planned else 1.0)
+        return Finding(follower.models, np.maximum(flow, LEAST_FLOW * held),
                        follower.low * OBSERVATION_LENGTH_M)
 
     def _usable(self) -> Flags:
@@ -216,7 +231,20 @@ class Observations:
         newest = steady[(time[steady] > time[steady[-1]] - SPEED_S)
                         | (steady > steady[-1] - REACH)]
         speed = float(np.median(laid.speed[newest]))
+        if self._follows_speed(steady):
+            return float(laid.volume[steady[-1]]), speed
         return float(laid.volume[last] * laid.speed[last]) / speed, speed
+
+    def _follows_speed(self, steady: Index) -> bool:
+        """Return whether the flow changes with the speed of late, as at corners.
+
+        Args:
+            steady: the points at which both are known.
+        """
+        newest = steady[self._path.time[steady] > self._path.time[steady[-1]] - FOLLOWING_S]
+        volume = np.log(self.laid.volume[newest])
+        rate = volume + np.log(self.laid.speed[newest])
+        return bool(volume.std() < FOLLOWING * rate.std())
 
     def speed_known(self, path: DepositionPath) -> bool:
         """Return whether it is known how fast the nozzle went of late, where it laid ink.

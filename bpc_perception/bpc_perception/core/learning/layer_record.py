@@ -19,7 +19,7 @@ TIME_STEP_S = 0.02  # between the times at which commands are looked at
 GAP_MARGIN_M = 1e-3  # next to a gap the bead tapers
 HALF = 0.5  # of the wanted width: where a bead begins and ends
 LEAST_POINTS = 10
-SAME_PATH_M = 1e-3  # from stroke to stroke, apart from a shift of all
+SAME_PATH_M = 1e-3  # between the middles of strokes
 LONGEST_OOZE_M = 0.01
 
 
@@ -125,17 +125,16 @@ class LayerRecord:
     def aligned(self, first: LayerRecord) -> LayerRecord | None:
         """Return the record with the places of another of the same path; None if it is another.
 
-        Layers lie above each other, and the extruder may be switched on earlier or later.
+        Layers lie above each other, and the extruder may be switched on earlier or later. So only
+        the horizontal place counts.
         """
-        mine, other = self._middles(), first._middles()
-        if len(mine) != len(other):
+        middle = self._middles()
+        if len(middle) != len(first.strokes):
             return None
-        points, others = (one.points - one.points[middle].mean(axis=0)
-                          for one, middle in ((self, mine), (first, other)))
-        away, nearest = cKDTree(others).query(points[mine])
+        away, nearest = cKDTree(first.points[:, :2]).query(self.points[middle, :2])
         if away.max() > SAME_PATH_M:
             return None
-        shift = np.median(first.place[nearest] - self.place[mine])
+        shift = np.median(first.place[nearest] - self.place[middle])
         return replace(self, place=self.place + shift)
 
     def _middles(self) -> Index:

@@ -28,6 +28,7 @@ from bpc_perception.core.learning.repeating import repeating, STEP_M
 LAYERS_KEPT = 5
 LEAST_COVERAGE = 0.5
 LEAST_SPEED_M_PER_S = 1e-6
+FADING = 0.5  # of the time until ink is gone, it is half as wide
 LONGEST_SHIFT_S = 1.0  # of a switch of the extruder
 # Behind a lag nothing is followed that is shorter than this part of it: its command would swing.
 LAG_SHARE = 0.25
@@ -80,14 +81,13 @@ class Learner:
         begins, ends = (first.place[first.strokes[:, 0]], first.place[first.strokes[:, 1] - 1])
         strokes = np.column_stack((begins, ends))
         newest = records[-1]
-        late = (newest.late_begins(strokes), newest.late_ends(strokes))
-        advance, retreat = (_switch(before, found_late) for before, found_late
-                            in zip(self._switches[-1], late, strict=True))
+        before = self._switches[-1]
+        advance = _switch(before[0], newest.late_begins(strokes), 1.0)
+        retreat = _switch(before[1], newest.late_ends(strokes), FADING)
         command = self._command(first, place, found.value, delay, advance, retreat)
-        at_points = np.interp(first.time, first.clock, command)
-        pushed = at_points > 0
-        volume = np.interp(place, first.place[pushed], (
-            at_points / np.maximum(first.speed, LEAST_SPEED_M_PER_S))[pushed])
+        volume = np.interp(place, first.place, _filled(
+            np.interp(first.time, first.clock, command)
+            / np.maximum(first.speed, LEAST_SPEED_M_PER_S), first.rate > 0))
         factor = np.clip(volume / self._reference, self._limits.minimum_scale,
                          self._limits.maximum_scale)
         return RateSchedule(place, factor, found.sigma, found.level_sigma,
@@ -126,6 +126,18 @@ class Learner:
                                  np.where(_moved_ends(pushing, early, -late), most, 0.0), early)
 
 
+def _filled(values: Array, stroke: Flags) -> Array:
+    """Return values (N,) without zeros: those before in a stroke, and those behind on travel."""
+    index, pushed = np.arange(len(values)), np.flatnonzero(values > 0)
+    if not len(pushed):
+        return values
+    behind = np.searchsorted(pushed, index)
+    last = len(pushed) - 1
+    before = pushed[np.clip(behind - 1, 0, last)]
+    return np.where(values > 0, values,
+                    values[np.where(stroke, before, pushed[np.clip(behind, 0, last)])])
+
+
 def _moved_ends(flags: Flags, earlier: int, later: int) -> Flags:
     """Return flags (K,) whose runs begin so many steps earlier, and end so many later."""
     moved = flags.copy()
@@ -155,8 +167,15 @@ def _at(place: Array, record: LayerRecord, value: Array) -> Array:
     return np.divide(total, count, out=np.full(len(place), np.nan), where=count > 0)
 
 
-def _switch(before: float, late: Array) -> float:
-    """Return how early to switch [s], after ink came late by (S,) with this before."""
+def _switch(before: float, late: Array, share: float) -> float:
+    """Return how early to switch [s].
+
+    Args:
+        before: how early it was.
+        late: (S,) how late ink came, or ended, all the same; NaN = not seen.
+        share: of the whole delay, by which to be early.
+    """
     known = late[np.isfinite(late)]
-    found = float(np.median(known)) if len(known) else 0.0
-    return float(np.clip(before + found, 0.0, LONGEST_SHIFT_S))
+    if not len(known):
+        return before
+    return float(np.clip(share * (before + float(np.median(known))), 0.0, LONGEST_SHIFT_S))

@@ -21,9 +21,9 @@ from scipy.ndimage import gaussian_filter1d
 from bpc_perception.core.advice.delivery_filter import CORRELATION_LENGTH_M, PRIOR_SIGMA
 from bpc_perception.core.arrays import Array
 
-STEP_M = 5e-4  # between the places at which curves are given
+STEP_M = 2.5e-4  # between the places at which curves are given
 SLOW_M = 0.01  # standard deviation of the window that makes the slow part
-FAST_M = 5e-4  # of that which smooths the fast one
+FAST_M = 2.5e-4  # of that which smooths the fast one
 # Variance of the slow part of unevenness with the correlation length, over that of its fast part.
 SLOW_SHARE = 0.5
 SLOW_CORRELATION_M = (2 * np.pi)**0.5 * SLOW_M  # of two slow parts: integral of its square

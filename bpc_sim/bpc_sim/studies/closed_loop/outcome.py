@@ -24,6 +24,7 @@ class Outcome:
 
     Attributes:
         scenario, controller, seed: the print.
+        layer: number of the layer, from 1.
         rms: root of the mean square deviation over all of the path.
         rms_settled: the same from SETTLING_LENGTH_M after the event on.
         settling: path from the event until the deviation stays small [m]; NaN = never.
@@ -39,6 +40,7 @@ class Outcome:
     scenario: str
     controller: str
     seed: int
+    layer: int
     rms: float
     rms_settled: float
     settling: float
@@ -57,7 +59,8 @@ def settled_deviation(trace: Trace, print_: Situation) -> Array:
                        & (trace.s < max(print_.fault, SETTLED_BEFORE_FAULT_M))]
 
 
-def evaluate(trace: Trace, print_: Situation, controller: str, side: float) -> Outcome:
+def evaluate(trace: Trace, print_: Situation, controller: str, side: float,
+             layer: int = 1) -> Outcome:
     """Return the figures of a print.
 
     Args:
@@ -65,6 +68,7 @@ def evaluate(trace: Trace, print_: Situation, controller: str, side: float) -> O
         print_: what went wrong.
         controller: name of the controller.
         side: sign of the deviation without feedback.
+        layer: number of the layer, from 1.
     """
     window = round(SMOOTHING_LENGTH_M / PATH_SPACING_M)
     smooth = np.convolve(trace.error, np.ones(window) / window, 'valid')
@@ -73,7 +77,7 @@ def evaluate(trace: Trace, print_: Situation, controller: str, side: float) -> O
     third = len(trace.s) // 3
     after = trace.scale[trace.s >= print_.fault]
     return Outcome(
-        print_.name, controller, print_.seed, rms(trace.error),
+        print_.name, controller, print_.seed, layer, rms(trace.error),
         rms(settled_deviation(trace, print_)), settling(place - print_.event, smooth),
         overshoot(smooth, side), float((np.abs(trace.error) > TOLERATED_DEVIATION).mean()),
         float(trace.scale[-third:].std() - trace.scale[third:-third].std()),

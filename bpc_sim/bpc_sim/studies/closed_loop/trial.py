@@ -1,19 +1,27 @@
-"""One print that goes wrong, under each of the controllers that are compared."""
+"""One printer that goes wrong, under each of the controllers that are compared."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from bpc_perception.core.config import AdviceConfig
+from bpc_perception.core.learning.learner import Learner
+from bpc_perception.core.learning.rate_schedule import RateSchedule
 from bpc_sim.closed_loop.controllers import (
     AdviceFollower,
     Controller,
     MassBalance,
     NoFeedback,
     ProportionalIntegral,
+    ScheduleFollower,
 )
 from bpc_sim.closed_loop.model import ClosedLoopModel, Trace
+from bpc_sim.closed_loop.p_type import PTypeLearner
 from bpc_sim.closed_loop.situation import Situation
+
+LAYERS = 3  # that are printed one after the other
+LEARNING = ('p_type', 'learned')  # controllers that learn from layer to layer
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,40 @@ CONTROLLERS: dict[str, ControllerChoice] = {
 
 
 def run_print(print_: Situation, controller: str) -> Trace:
-    """Print under the controller of a name."""
+    """Print one layer under the controller of a name."""
     choice = CONTROLLERS[controller]
     return ClosedLoopModel(print_, choice.make(print_), choice.actuator).run()
+
+
+def print_layers(print_: Situation, controller: str,
+                 law: tuple[float, float, float] | None = None) -> list[Trace]:
+    """Print layers of one path, and learn from each for the next.
+
+    Args:
+        print_: the printer.
+        controller: one of those that learn.
+        law: constants of the P-type law; None = those that are best.
+    """
+    traces: list[Trace] = []
+    learner: Learner | PTypeLearner | None = None
+    schedule, setup = None, None
+    for layer in range(1, LAYERS + 1):
+        situation = print_.in_layer(layer)
+        model = ClosedLoopModel(situation, _follower(controller, schedule), schedule=schedule,
+                                setup=setup)
+        traces.append(model.run())
+        setup, record = model.setup, model.record()
+        if record is None:
+            continue
+        learner = learner or (
+            Learner(AdviceConfig(), setup.gain) if controller == 'learned'
+            else PTypeLearner(*law or ()))
+        learner.take(record, schedule)
+        schedule = learner.schedule()
+    return traces
+
+
+def _follower(controller: str, schedule: RateSchedule | None) -> Controller:
+    return (AdviceFollower('flow', schedule) if controller == 'learned'
+            else ScheduleFollower(schedule))
+
