@@ -10,10 +10,15 @@ import pytest
 import yaml
 
 from bpc_perception.core.profile import Status
+from bpc_perception.core.testprints.setup import Setup
+from bpc_perception.core.testprints.stacked import wall
+from bpc_sim.ink.extrusion import ExtruderBehaviour
+from bpc_sim.printer.design_job import design_job
 from bpc_sim.scene.surfaces import Cylinder
 from bpc_sim.studies import Row
 from bpc_sim.studies.layers_study import (
     compare_layers,
+    compare_sizes,
     measure_job,
     measure_print,
     print_job,
@@ -134,3 +139,20 @@ def test_layers_on_a_bed_that_bends_much_are_measured_as_they_are() -> None:
     for layer in compare_layers(job, measure_job(job)):
         assert (layer.status == Status.MEASURED).mean() > 0.95
         assert np.nanmean(np.abs(layer.thickness - layer.true)) < 6e-5
+
+
+def test_ink_beside_a_bead_that_lies_on_ink_is_not_of_it() -> None:
+    """A wall of alike layers: the area of each is that of its ink, by geometry.
+
+    At six pixels a bead, seen aslant, points of what lies below seem to be on its flanks.
+    """
+    test = wall(Setup(0.8e-3, (80e-3, 80e-3)), layers=4)
+    shares = []
+    for seed in range(8):
+        ink = ExtruderBehaviour(lag=0.05, noise=0.02, seed=seed)
+        job = replace(design_job(test.design, test.plans, ink), seed=seed)
+        sizes = compare_sizes(job, measure_job(job))
+        shares.append([float(np.mean(one.area[0] / one.area[2])) for one in sizes])
+    above = np.array(shares)[:, 1:] - 1
+    assert np.abs(above.mean(axis=0)).max() < 0.05
+    assert np.sqrt((above**2).mean()) < 0.055

@@ -35,6 +35,7 @@ UNSEEN_SIGMA_M = 5e-5  # of the bed where it is not seen
 BED_ROUNDS = 2
 BED_STEP = 2  # it is even: not all of its points are needed
 BEND_M, BEND_SIGMA_M = 1e-3, 1.5e-5  # so far from the path a bed lies higher or lower by so much
+EDGE_PX = 0.5  # so near an edge a pixel shows what lies beside as well
 # Across a bead, from edge to edge: places, and their weights in a sum over the section.
 U, WEIGHT = np.polynomial.legendre.leggauss(15)
 MIDDLE = len(U) // 2
@@ -67,6 +68,8 @@ class Crosswise:
 
     Attributes:
         place, height: (K, M) to the left of the path, and above the feet of the sections [m].
+        offset: (M,) where the picture shows them, to the left of the path at their feet [m].
+        pixel: length of a pixel's side on the surface [m].
         piece: (K,) number of the piece of path that each is on.
         spacing: between path points [m].
         step: they are at each so many samples of the sections.
@@ -75,10 +78,28 @@ class Crosswise:
 
     place: Array
     height: Array
+    offset: Array
+    pixel: float
     piece: Index
     spacing: float
     step: int
     repeated: float
+
+    def inside(self, sides: SidePoints, chosen: Flags) -> Crosswise:
+        """Return it without the points that the picture shows at or beyond the edges of beads.
+
+        A low point beyond an edge may lie under the bead, as seen from above: the camera looks
+        at it aslant. It is ink below, or bed.
+
+        Args:
+            sides: where the beads end.
+            chosen: (K,) beads of which these points are left out.
+        """
+        inwards = EDGE_PX * self.pixel
+        with np.errstate(invalid='ignore'):
+            own = ((self.offset < sides.left_distance[:, None] - inwards)
+                   & (self.offset > inwards - sides.right_distance[:, None]))
+        return replace(self, height=np.where(own | ~chosen[:, None], self.height, np.nan))
 
 
 def crosswise(sections: Sections, up: Array, rows: Index) -> Crosswise:
@@ -95,7 +116,7 @@ def crosswise(sections: Sections, up: Array, rows: Index) -> Crosswise:
     slope = np.sum(sections.lateral * up, axis=1)[rows]
     spacing = sections.spacing * len(sections.piece) / max(1, len(rows))
     return Crosswise(place, sections.height[rows][:, ::step] - place * slope[:, None],
-                     sections.piece[rows], spacing, step,
+                     sections.offset[::step], sections.pixel, sections.piece[rows], spacing, step,
                      max(1.0, sections.pixel / spacing))
 
 

@@ -5,11 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.arrays import Array, Flags, Index
 from bpc_perception.core.geometry import Plane, unit_vectors
-from bpc_perception.core.measurement.cross_section.height import ANY_ROUNDNESS, Roundness, shape
+from bpc_perception.core.measurement.cross_section.height import (
+    ANY_ROUNDNESS,
+    Roundness,
+    shape,
+    SHAPED_M,
+)
 from bpc_perception.core.measurement.cross_section.sections.sections import Sections
 from bpc_perception.core.measurement.cross_section.sections.territory import find_nearest
 from bpc_perception.core.measurement.cross_section.size import MIDDLE, U
@@ -215,6 +221,12 @@ def cloud_sinks(track: Track, index: Index, laid: Samples) -> bool:
 def hangs(beneath: Beneath) -> Flags:
     """Return which beads (N,) have no ink of the layer below under them."""
     return np.asarray(~(beneath.highest < HANGS * beneath.layer_height))
+
+
+def rests(beneath: Beneath, sections: Sections) -> Flags:
+    """Return which beads (N,) lie on ink as far along the path as their shape is that of."""
+    around = 2 * round(SHAPED_M / sections.spacing) + 1
+    return np.asarray(maximum_filter1d(hangs(beneath).view(np.uint8), around) == 0)
 
 
 def foot_sigma(beneath: Beneath) -> Array:

@@ -35,6 +35,8 @@ from bpc_perception.core.measurement.cross_section.on_ink.below import (
     ink_of_layer_below,
     normals_measured,
     reach_of_ink_below,
+    rests,
+    SUPPORTED_FOOT_SIGMA_M,
     unknown_surface,
 )
 from bpc_perception.core.measurement.cross_section.on_ink.cliffs import breaks_off
@@ -60,7 +62,7 @@ from bpc_perception.core.measurement.view import View
 from bpc_perception.core.profile import Cause, Status
 
 DEPTH_SIGMA = 0.15  # of how deep light goes, as a share of it
-LOOSE_FOOT_SIGMA_M = 5e-4  # of the height of a bead's foot, as the nozzle tells it
+LOOSE_FOOT_SIGMA_M = 5e-4  # of the height of the foot of a bead that hangs here and there
 
 
 def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig, index: Index,
@@ -100,8 +102,10 @@ def measure_on_ink(view: View, track: Track, bed: Plane, config: ThicknessConfig
                    depth_sigma=DEPTH_SIGMA * depth)
     widths = find((picture.left, picture.right))
     sides = points_beside(sections, widths.left, widths.right)
-    # The flanks tell better than the nozzle how deep a bead sits, or hangs.
-    shapes = shapes_between(cross, sides, np.full(len(index), LOOSE_FOOT_SIGMA_M),
+    # The flanks tell better than the nozzle how deep a bead hangs, but not where it rests.
+    lies = rests(beneath, sections)
+    shapes = shapes_between(cross.inside(sides, lies), sides,
+                            np.where(lies, SUPPORTED_FOOT_SIGMA_M, LOOSE_FOOT_SIGMA_M),
                             round_like=below.roundness)
     # Seen from the side, the edges of one that hangs are elsewhere.
     outwards = np.where(hangs(beneath), slope, 0.0)
