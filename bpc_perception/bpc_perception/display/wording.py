@@ -67,12 +67,15 @@ REASONS = {
     Reason.CLOG_SUSPECTED: 'suddenly much less ink arrives, a clog perhaps',
     Reason.PATH_OFFSET: 'the filament lies beside the path, look at the calibration',
     Reason.EXTRUDER_FAULT: 'the extruder stopped, or says nothing',
+    Reason.VOLUME_DISAGREES: 'as wide as wanted, of more or less ink than wanted',
 }
 # A higher or lower rate does not mend what is wrong here.
+NOTHING_TO_DO = {Reason.ON_TARGET, Reason.VOLUME_DISAGREES}  # of valid advice
 ALARMS = {Reason.GAP_DETECTED, Reason.CLOG_SUSPECTED, Reason.PATH_OFFSET, Reason.EXTRUDER_FAULT}
-# What is said instead, where the width alone is too large, by more than WIDER of the target.
-SPREAD_OUT = 'wider than wanted, of no more ink than wanted'
-WIDER = 0.1
+# What is said of VOLUME_DISAGREES where the width is another than wanted, by this share and more.
+WIDER, NARROWER = ('wider than wanted, of no more ink than wanted',
+                   'narrower than wanted, of no less ink than wanted')
+OTHER_WIDTH = 0.02
 KNOWN = 0.9  # share of the strokes; what is missing beyond is worth a word
 MINUTES_FROM_S = 120  # ages from here on are said in minutes
 
@@ -109,18 +112,28 @@ def lost_in_words(profile: ThicknessProfile) -> str:
 
 
 def reason_in_words(advice: RateAdvice) -> str:
-    """Return why advice is as it is; ON_TARGET may be so by the volume alone."""
-    spread_out = (advice.valid and advice.by_volume and advice.reason == Reason.ON_TARGET
-                  and advice.expected_thickness > (1 + WIDER) * advice.target_thickness)
-    return SPREAD_OUT if spread_out else REASONS[advice.reason]
+    """Return why advice is as it is; where volume disagrees, which way."""
+    if advice.reason == Reason.VOLUME_DISAGREES:
+        wide = advice.expected_thickness / advice.target_thickness
+        if abs(wide - 1) > OTHER_WIDTH:
+            return WIDER if wide > 1 else NARROWER
+    return REASONS[advice.reason]
+
+
+def spreading_in_words(advice: RateAdvice) -> str:
+    """Return how much ink widens after it was laid, to be added to a reason; empty = not."""
+    if not advice.spreading > 0:
+        return ''
+    return f'; laid ink widens by {advice.spreading:.1%} a second'
 
 
 def advice_in_words(advice: RateAdvice) -> str:
     """Return what to do, and why, as a sentence."""
     reason = reason_in_words(advice)
-    if advice.by_volume and reason != SPREAD_OUT:
+    if advice.by_volume and advice.reason != Reason.VOLUME_DISAGREES:
         reason += ', by width and volume'
-    if not advice.valid or advice.reason == Reason.ON_TARGET:
+    reason += spreading_in_words(advice)
+    if not advice.valid or advice.reason in NOTHING_TO_DO:
         return f'change nothing: {reason}'
     return (f'flow x {advice.flow_rate_scale:.2f}, or else speed x {advice.speed_scale:.2f}: '
             f'{reason}')
@@ -128,14 +141,15 @@ def advice_in_words(advice: RateAdvice) -> str:
 
 def advice_in_a_line(advice: RateAdvice) -> str:
     """Return why, and what to do, short enough for a line of a table."""
-    reason = advice.reason.name.lower().replace('_', ' ')
+    reason, spreads = advice.reason.name.lower().replace('_', ' '), spreading_in_words(advice)
     if not advice.valid:
-        return f'change nothing: {reason}'
-    if reason_in_words(advice) == SPREAD_OUT:
-        return SPREAD_OUT
+        return f'change nothing: {reason}{spreads}'
+    if advice.reason == Reason.VOLUME_DISAGREES:
+        return reason_in_words(advice) + spreads
     if advice.flow_rate_scale == 1.0:
-        return reason
-    return f'{reason}: flow x {advice.flow_rate_scale:.2f} or speed x {advice.speed_scale:.2f}'
+        return reason + spreads
+    return (f'{reason}: flow x {advice.flow_rate_scale:.2f} or speed x {advice.speed_scale:.2f}'
+            f'{spreads}')
 
 
 @dataclass(frozen=True)
@@ -160,7 +174,7 @@ def advice_headline(advice: RateAdvice | None, now_ns: int) -> AdviceHeadline:
     if advice is None:
         return AdviceHeadline('no advice yet', '', 'it comes with the first measured capture',
                               'old')
-    reason = reason_in_words(advice)
+    reason = reason_in_words(advice) + spreading_in_words(advice)
     if advice.valid and now_ns > advice.valid_until_ns:
         expired = advice_headline(advice, advice.valid_until_ns)
         return AdviceHeadline('expired', f'was: {expired.headline}',
@@ -169,7 +183,7 @@ def advice_headline(advice: RateAdvice | None, now_ns: int) -> AdviceHeadline:
         return AdviceHeadline('alarm', reason, 'change nothing: more rate does not mend it', 'bad')
     if not advice.valid:
         return AdviceHeadline('change nothing', '', reason, 'old')
-    if advice.reason == Reason.ON_TARGET:
+    if advice.reason in NOTHING_TO_DO:
         return AdviceHeadline('keep as it is', '', reason, 'good')
     return AdviceHeadline(f'flow × {advice.flow_rate_scale:.2f}',
                           f'or else speed × {advice.speed_scale:.2f}', reason, 'act')

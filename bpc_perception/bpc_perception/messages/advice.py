@@ -15,7 +15,8 @@ from bpc_perception.messages.stamps import ConversionError, ns_to_stamp, stamp_t
 SHARED_FIELDS = ('reference_time', 'expected_thickness', 'delivery', 'delivery_sigma', 'lag',
                  'lag_sigma', 'flow_rate', 'plunger_velocity', 'speed')
 # Older recordings have none of these.
-NEWER_FIELDS: dict[str, Any] = {'by_volume': False, 'measured_area': float('nan')}
+NEWER_FIELDS: dict[str, Any] = {'by_volume': False, 'measured_area': float('nan'),
+                                'spreading': float('nan')}
 
 
 def advice_to_message(advice: RateAdvice) -> RateAdviceMsg:

@@ -161,6 +161,7 @@ def advice_entry(advice: RateAdvice) -> dict[str, Any]:
         'expected_thickness_mm': advice.expected_thickness * MM_PER_M,
         'by_volume': advice.by_volume,
         'measured_area_mm2': advice.measured_area * MM_PER_M**2,
+        'spreading_per_s': advice.spreading,
         'delivery': advice.delivery,
         'delivery_sigma': advice.delivery_sigma,
         'lag_s': round(advice.lag, 6),

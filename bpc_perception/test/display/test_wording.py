@@ -34,16 +34,25 @@ def test_advice_in_words(valid: bool, reason: Reason, words: str) -> None:
     assert advice_in_words(advice) == words
 
 
-@pytest.mark.parametrize(('by_volume', 'expected', 'said'), [
-    (True, 0.65, True), (True, 0.41, False), (True, math.nan, False), (False, 0.65, False)])
-def test_a_bead_that_spreads_is_not_said_to_be_on_target(by_volume: bool, expected: float,
-                                                         said: bool) -> None:
-    """It is 0.65 mm wide instead of 0.4 mm, and its volume is right: the verdict says thick."""
-    advice = replace(advice_of(Reason.ON_TARGET), by_volume=by_volume, target_thickness=0.4e-3,
-                     expected_thickness=expected * 1e-3)
+@pytest.mark.parametrize(('expected', 'said'), [
+    (0.65, 'wider than wanted, of no more ink'), (0.3, 'narrower than wanted, of no less ink'),
+    (0.401, 'as wide as wanted'), (math.nan, 'as wide as wanted')])
+def test_where_width_and_volume_disagree_it_is_not_said_to_be_on_target(
+        expected: float, said: str) -> None:
+    """0.65 mm wide instead of 0.4 mm, and its volume is right: the verdict says thick."""
+    advice = replace(advice_of(Reason.VOLUME_DISAGREES), by_volume=True, target_thickness=0.4e-3,
+                     expected_thickness=expected * 1e-3, flow_rate_scale=1.0, speed_scale=1.0)
     told = (advice_in_words(advice), advice_in_a_line(advice), advice_headline(advice, 0).reason)
-    assert ['on target' not in words for words in told] == [said] * 3
-    assert ['wider than wanted' in words for words in told] == [said] * 3
+    assert ['on target' not in words for words in told] == [True] * 3
+    assert [said in words for words in told] == [True] * 3
+    assert advice_headline(advice, 0).headline == 'keep as it is'
+
+
+@pytest.mark.parametrize(('rate', 'said'), [(0.0123, True), (0.0, False), (math.nan, False)])
+def test_how_much_ink_spreads_is_said(rate: float, said: bool) -> None:
+    advice = replace(advice_of(Reason.OVER_EXTRUSION), spreading=rate)
+    told = (advice_in_words(advice), advice_in_a_line(advice), advice_headline(advice, 0).reason)
+    assert ['laid ink widens by 1.2% a second' in words for words in told] == [said] * 3
 
 
 @pytest.mark.parametrize(('given', 'headline', 'tone'), [

@@ -62,7 +62,7 @@ def test_summary(tmp_path, log, provenance):
     assert summary['advice'] == {
         'valid': True, 'reason': 'OVER_EXTRUSION', 'flow_rate_scale': 0.7, 'speed_scale': 1.4,
         'target_thickness_mm': 2.5, 'measured_thickness_mm': 3.0,
-        'by_volume': False, 'measured_area_mm2': None,
+        'by_volume': False, 'measured_area_mm2': None, 'spreading_per_s': None,
         'expected_thickness_mm': 2.75, 'delivery': 1.2, 'delivery_sigma': 0.1, 'lag_s': 0.5,
         'flow_rate_in_force_ul_per_s': pytest.approx(5.0),
         'speed_in_force_mm_per_s': pytest.approx(3.0), 'window_start_mm': 0.0,

@@ -21,6 +21,7 @@ from bpc_perception.core.advice.observations import Finding, Observations
 from bpc_perception.core.advice.planned import Planned
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
 from bpc_perception.core.advice.setup import Setup
+from bpc_perception.core.advice.spreading import Spreading
 from bpc_perception.core.advice.window import laid_before, look_back, Window
 from bpc_perception.core.config import AdviceConfig
 from bpc_perception.core.path.deposition_path import DepositionPath
@@ -72,6 +73,7 @@ class _Print:
         command: in force.
         contradictions: among widths, as far as they are known.
         planned: the schedule in force; None = there is none.
+        spreading: of ink after it was laid.
     """
 
     print_id: str
@@ -89,6 +91,7 @@ class _Print:
     command: _Command = field(default_factory=_Command)
     contradictions: Contradictions = field(default_factory=Contradictions)
     planned: Planned | None = None
+    spreading: Spreading = field(default_factory=Spreading)
 
     @classmethod
     def begun(cls, profile: ThicknessProfile, lifetime: float) -> _Print:
@@ -191,7 +194,9 @@ class Advisor:
         path = path.until(profile.stamp_ns)
         current = self._print = self._print_of(profile, path, config.lifetime)
         current.follow(planned)
-        seen, profile = profile, laid_before(profile, config.acquisition_time)
+        seen = profile
+        current.spreading.look(seen)
+        profile = current.spreading.as_laid(laid_before(seen, config.acquisition_time))
         window = look_back(profile, config.window, current.blind_until)
         if contradiction is None and abs(window.offset) > config.maximum_offset:
             contradiction = Reason.PATH_OFFSET
@@ -307,7 +312,7 @@ def _unchanged(current: _Print, profile: ThicknessProfile, window: Window, targe
         reason=Reason.ON_TARGET if refusal is None else refusal, target_thickness=target,
         measured_thickness=window.width, window=window.extent, sample_count=window.count,
         flow_rate_scale=1.0, speed_scale=1.0, confidence=0.0, measurement_age=window.age,
-        valid_until_ns=current.valid_until_ns)
+        valid_until_ns=current.valid_until_ns, spreading=current.spreading.rate)
 
 
 def _with_delivery(advice: RateAdvice, current: _Print, delivery: Delivery) -> RateAdvice:
@@ -344,8 +349,9 @@ def _corrected(advice: RateAdvice, current: _Print, finding: Finding, delivery: 
                                   config.clog_drop)
         lacking = situation.area - np.log(area) - current.prior
         correction = agreed(correction, correct(replace(situation, lacking=lacking), seen,
-                                                seen.models.estimate(), config))
-    current.correcting = correction.reason != Reason.ON_TARGET
+                                                seen.models.estimate(), config),
+                            current.spreading.noticed)
+    current.correcting = correction.reason not in (Reason.ON_TARGET, Reason.VOLUME_DISAGREES)
     if current.correcting:
         current.begin_anew(path)
     flow_scale, speed_scale = correction.flow_scale, correction.speed_scale

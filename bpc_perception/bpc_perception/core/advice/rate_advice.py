@@ -22,6 +22,7 @@ class Reason(IntEnum):
     CLOG_SUSPECTED = 8
     PATH_OFFSET = 9
     EXTRUDER_FAULT = 10
+    VOLUME_DISAGREES = 11
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,8 @@ class RateAdvice:
             unknown.
         by_volume: whether width and volume had to agree on it; else it is by width alone.
         measured_area: median area of the cross-section in the window [m^2]; NaN = unknown.
+        spreading: by how much ink widens after it was laid, as a share of its width [1/s]; 0 = as
+            far as is known it does not, NaN = unknown.
     """
 
     stamp_ns: int
@@ -77,6 +80,7 @@ class RateAdvice:
     speed: float = np.nan
     by_volume: bool = False
     measured_area: float = np.nan
+    spreading: float = np.nan
 
     @classmethod
     def none(cls, stamp_ns: int) -> RateAdvice:

@@ -500,7 +500,7 @@ def test_a_squashed_bead_is_not_too_much_ink() -> None:
     advice = Advisor().advise(with_area(path, 1.2 * TARGET, NOMINAL), path, CONFIG)
     assert advice.valid
     assert advice.by_volume
-    assert advice.reason == Reason.ON_TARGET
+    assert advice.reason == Reason.VOLUME_DISAGREES
     assert advice.flow_rate_scale == 1
     assert advice.measured_area == pytest.approx(NOMINAL)
 
