@@ -16,6 +16,7 @@ from bpc_sim.ink.curves import polyline
 from bpc_sim.ink.deposit import Deposit, ON_BED, WidthProfile
 from bpc_sim.ink.extrusion import ExtruderBehaviour, Extrusion
 from bpc_sim.ink.laid_bead import laid_bead
+from bpc_sim.ink.layered_bead import with_room
 from bpc_sim.printer.layers import Strands
 from bpc_sim.printer.motion import Motion
 from bpc_sim.printer.print_job import PrintJob
@@ -176,4 +177,4 @@ def _laid(job: PrintJob, behaviour: ExtruderBehaviour) -> Deposit:
     for time, s, flow in zip(times.tolist(), job.laid(times).tolist(), flows.tolist(),
                              strict=True):
         extrusion.advance(time, s, flow)
-    return laid_bead(job.commanded, extrusion, STEP_M)
+    return with_room(laid_bead(job.commanded, extrusion, STEP_M), job.layers)

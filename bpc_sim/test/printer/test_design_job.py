@@ -11,7 +11,7 @@ from bpc_perception.core.design.design import Design, DesignError, DesignStroke
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.testprints.flat import turns
 from bpc_perception.core.testprints.setup import round_width, Setup
-from bpc_perception.core.testprints.stacked import lattice
+from bpc_perception.core.testprints.stacked import lattice, wall
 from bpc_perception.core.testprints.sweep import lines
 from bpc_sim.ink.bead_sizes import sizes_above
 from bpc_sim.ink.extrusion import ExtruderBehaviour
@@ -103,6 +103,19 @@ def test_strokes_lie_on_those_below() -> None:
     feet = job.commanded.base(above)
     assert feet.max() == pytest.approx(SETUP.height, abs=1e-6)
     assert feet.min() == pytest.approx(SETUP.height - 0.1 * MM, abs=1e-6)
+
+
+@pytest.mark.parametrize('share', [0.4, 0.65, 1.2])
+def test_all_of_the_ink_lies_above_what_was_there_before(share: float) -> None:
+    """However low the layers are, beside a bead on the bed: volume is neither made nor lost."""
+    high = EXACT.height_ratio * 1.6 * MM
+    test = wall(replace(SETUP, layer_height=share * high), layers=4)
+    job = design_job(test.design, test.plans, EXACT)
+    ink = job.laid_layers(job.duration)
+    for number, (begin, end) in enumerate(job.layers[1:], 1):
+        s = np.linspace(begin, end, 42)[5:-5]
+        _, area = sizes_above(ink[number], ink[:number], s)
+        assert area == pytest.approx(test.plans[-1].flow / test.plans[-1].speed, rel=0.02)
 
 
 def stroke_of(*points: tuple[float, float, float], layer: int = 0,
