@@ -7,7 +7,12 @@ import pytest
 
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.measurement.cross_section.height import Shapes
-from bpc_perception.core.measurement.cross_section.size import SHAPE_SIGMA, sizes, U
+from bpc_perception.core.measurement.cross_section.size import (
+    Crosswise,
+    SHAPE_SIGMA,
+    sizes,
+    U,
+)
 from bpc_perception.core.measurement.samples import Sizes
 from bpc_perception.core.measurement.side_points import SidePoints
 
@@ -74,3 +79,22 @@ def test_where_the_surface_before_is_not_known_nothing_is() -> None:
     found = sized(np.full_like(FLAT, np.nan), before_sigma=np.nan)
     assert np.isnan(found.height[0])
     assert np.isnan(found.area[0])
+
+
+def test_low_points_that_the_picture_shows_beyond_an_edge_are_not_of_a_bead_on_ink() -> None:
+    """The camera looks 20 degrees aslant at the flanks of a wall, a pixel of 0.2 mm apart.
+
+    A ray that passes the left foot of the bead goes down below it, and 0.3 mm lower meets ink
+    0.11 mm nearer to the middle. Edges are at 1 mm; a pixel at 0.95 mm shows both.
+    """
+    offset = np.array((-1.15, -0.95, -0.85, 0.0, 0.85, 0.95, 1.05)) * MM
+    height = np.array((0.0, 0.0, 0.17, 0.6, 0.17, -0.2, -0.3)) * MM
+    place = offset + height * np.tan(np.radians(20))
+    cross = Crosswise(np.tile(place, (2, 1)), np.tile(height, (2, 1)), offset, 0.2 * MM,
+                      np.zeros(2, np.intp), 0.2 * MM, 1, 1.0)
+    two = SidePoints(*(np.repeat(each, 2, axis=0) for each in (
+        SIDES.left, SIDES.right, SIDES.left_distance, SIDES.right_distance)))
+    assert abs(place[-1]) < WIDTH / 2  # it seems to lie on the bead
+    kept = cross.inside(two, np.array((True, False))).height
+    assert np.isfinite(kept[0]).tolist() == [False, False, True, True, True, False, False]
+    assert np.isfinite(kept[1]).all()
