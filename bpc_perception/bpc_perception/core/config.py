@@ -145,6 +145,30 @@ class ToleranceConfig(Config):
 
 
 @dataclass(frozen=True)
+class RepairConfig(Config):
+    """What of a layer is to be filled, and what hinders the next one."""
+
+    least_length: Annotated[float, Parameter(
+        'Shortest stretch that is filled, per the width of the bead: the ends of a bead are as '
+        'round as it is wide', '', 0.1, 100)] = 1.0
+    overlap: Annotated[float, Parameter(
+        'How far a stroke that fills begins and ends on the ink beside the gap, per the width of '
+        'the bead: its end is round over half of it', '', 0, 10)] = 0.5
+    nozzle_radius: Annotated[float, Parameter(
+        'Outer radius of the nozzle, which must not touch ink of a higher layer', 'm', 0, 0.1)
+    ] = 0.001  # steel tips have 0.3 to 0.9 mm, gauges 25 to 15
+    bridged_length: Annotated[float, Parameter(
+        'Longest gap, or stretch of low ink, that a bead of the next layer spans', 'm', 0, 1)
+    ] = 0.002  # as tolerance.gap_length: what is no defect hinders nothing
+    highest: Annotated[float, Parameter(
+        'How far ink may stand above its layer, per the room below the nozzle; at 1 the nozzle of '
+        'the next layer touches it', '', 0, 10)] = 0.75
+    lowest: Annotated[float, Parameter(
+        'Least height of ink that carries the next bead, per the height of its layer; 0 = any', '',
+        0, 1)] = 0.5
+
+
+@dataclass(frozen=True)
 class DesignConfig(Config):
     """What a print shall be."""
 
@@ -301,6 +325,7 @@ class ThicknessConfig(Config):
     cross_section: CrossSectionConfig = field(default_factory=CrossSectionConfig)
     advice: AdviceConfig = field(default_factory=AdviceConfig)
     tolerance: ToleranceConfig = field(default_factory=ToleranceConfig)
+    repair: RepairConfig = field(default_factory=RepairConfig)
     design: DesignConfig = field(default_factory=DesignConfig)
     watch: WatchConfig = field(default_factory=WatchConfig)
     process: ProcessConfig = field(default_factory=ProcessConfig)

@@ -10,6 +10,7 @@ from bpc_perception.core.capture.capture import Capture
 from bpc_perception.core.design.comparison import DesignComparison
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.repair.plan import RepairPlan
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Result:
         advice: what to change; None = refused.
         verdict: whether the print is good; None = refused.
         design: the print beside its design; None = none is told, or refused.
+        repair: what is to be filled, and whether the next layer can be laid; None = refused.
         refusal: why there is no profile; empty = there is one.
         premature: whether there is none because the print has not begun, or only just: no fault.
         warning: about a result that is right as it is, but may not be what was meant.
@@ -35,6 +37,7 @@ class Result:
     advice: RateAdvice | None = None
     verdict: PrintVerdict | None = None
     design: DesignComparison | None = None
+    repair: RepairPlan | None = None
     refusal: str = ''
     premature: bool = False
     warning: str = ''

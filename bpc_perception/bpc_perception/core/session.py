@@ -29,6 +29,7 @@ from bpc_perception.core.measurement.view import View
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.path.leaps import LEAPT, Whereabouts
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.repair.planner import plan_repair
 from bpc_perception.core.result import Result
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.robot.poses import PoseBuffer
@@ -195,6 +196,8 @@ class Session:
                 profile, path, advising, Reason.EXTRUDER_FAULT if extruder else
                 Reason.PATH_OFFSET if off_path else None, targets)
             verdict = self._judge(profile, path, capture.stamp_ns, targets, design)
+            repair = plan_repair(profile, verdict, advice.reason, targets, self.config.tolerance,
+                                 self.config.repair)
             # Without strokes ink seems to lie anywhere; beside its path, to be of another print.
             warnings = (extruder or off_path or self._ground.warning,
                         overexposed(capture, T_base_camera, profile),
@@ -213,7 +216,7 @@ class Session:
                           refusal=f'measurement: expected a result, found {error!r}'
                                   '; please report it with the log')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
-        return Result(capture, T_base_camera, profile, advice, verdict, design,
+        return Result(capture, T_base_camera, profile, advice, verdict, design, repair,
                       warning='; '.join(filter(None, warnings)))
 
     def _targets_of(self, profile: ThicknessProfile,
