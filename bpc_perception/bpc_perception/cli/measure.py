@@ -28,7 +28,12 @@ from bpc_perception.cli.parts.options import (
     RemapOption,
     XlsxOption,
 )
-from bpc_perception.cli.parts.result_table import ResultTable, show_layers, show_verdict
+from bpc_perception.cli.parts.result_table import (
+    ResultTable,
+    show_layers,
+    show_repair,
+    show_verdict,
+)
 from bpc_perception.cli.parts.terminal import Terminal, WARNINGS
 from bpc_perception.core.inspection.verdict import PrintVerdict, Verdict
 from bpc_perception.display.design_words import design_in_words
@@ -101,6 +106,8 @@ def measure(
             show_layers(terminal, result.profile)
         if result.verdict is not None:
             show_verdict(terminal, result.verdict)
+        if result.repair is not None:
+            show_repair(terminal, result.repair)
         if result.design is not None:
             terminal.say(design_in_words(result.design.findings))
     for warning in dict.fromkeys(text for result in results.reported for text in (

@@ -25,7 +25,7 @@ from bpc_perception.cli.parts.options import (
     SeparateOption,
 )
 from bpc_perception.cli.parts.printer_nodes import printer_nodes
-from bpc_perception.cli.parts.result_table import show_verdict
+from bpc_perception.cli.parts.result_table import show_repair, show_verdict
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import PlayerConfig
 from bpc_perception.core.result import Result
@@ -127,6 +127,8 @@ def replay(
     for result in results.reported:
         if result.verdict is not None:
             show_verdict(terminal, result.verdict)
+        if result.repair is not None:
+            show_repair(terminal, result.repair)
     terminal.files([out / file for file in files])
 
 

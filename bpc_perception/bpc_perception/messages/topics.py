@@ -18,6 +18,7 @@ from bpc_interfaces.msg import (
     ExtrusionState,
     PrintVerdict,
     RateAdvice,
+    RepairPlan,
     ThicknessProfile,
     ThicknessProfileUpdate,
 )
@@ -37,13 +38,14 @@ PATH, NAV_PATH = 'deposition_path', 'deposition_path/nav'
 PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
 PROFILE, ADVICE, VERDICT = 'thickness_profile', 'rate_advice', 'print_verdict'
 DESIGN = 'design_comparison'  # only where the thickness node has a design
+REPAIR = 'repair_plan'
 PROFILE_UPDATE = 'thickness_profile/update'  # what changed in a long PROFILE
 SEND_PROFILE = 'thickness/send_profile'  # service: publish the whole
 MARKERS, OVERLAY = 'thickness/markers', 'thickness/overlay'
 WIDTH, DEVIATION = 'thickness/width', 'thickness/deviation'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
                            PROFILE_UPDATE: ThicknessProfileUpdate, ADVICE: RateAdvice,
-                           VERDICT: PrintVerdict, DESIGN: DesignComparison,
+                           VERDICT: PrintVerdict, DESIGN: DesignComparison, REPAIR: RepairPlan,
                            '/diagnostics': DiagnosticArray}
 
 # For people; made only while someone subscribes.
@@ -65,6 +67,9 @@ UPDATE_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 VIEW_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RESULT_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+# As results, and also for a controller that comes when the layer is laid.
+REPAIR_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE,
+                        durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def type_name(message_class: Any) -> str:

@@ -15,7 +15,7 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import qos_profile_parameter_events, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
-from bpc_interfaces.msg import PrintVerdict, RateAdvice
+from bpc_interfaces.msg import PrintVerdict, RateAdvice, RepairPlan
 from bpc_perception.core.arrays import Array
 from bpc_perception.core.capture.capture import PinholeCamera
 from bpc_perception.core.config import RecorderConfig, ResultsWriterConfig, ThicknessConfig
@@ -29,6 +29,7 @@ from bpc_perception.files.parameter_file import configure
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import camera_from_info, image_to_rgb
+from bpc_perception.messages.repair import repair_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
 from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
@@ -69,13 +70,15 @@ class ResultsWriterNode(Node):
         self._profiles: dict[int, ThicknessProfile] = {}
         self._advice: dict[int, RateAdvice] = {}
         self._verdicts: dict[int, PrintVerdict] = {}
+        self._repairs: dict[int, RepairPlan] = {}
         self._camera: PinholeCamera | None = None
         self._poses = PoseBuffer()
         self._diagnostics = Diagnostics(self)
         for kind, topic, qos, waiting in (
                 (Image, topics.IMAGE, IMAGE_QOS, self._images),
                 (RateAdvice, topics.ADVICE, topics.RESULT_QOS, self._advice),
-                (PrintVerdict, topics.VERDICT, topics.RESULT_QOS, self._verdicts)):
+                (PrintVerdict, topics.VERDICT, topics.RESULT_QOS, self._verdicts),
+                (RepairPlan, topics.REPAIR, topics.RESULT_QOS, self._repairs)):
             self.create_subscription(kind, topic, partial(self._on_message, waiting), qos)
         ProfileFollower(self, self._on_profile, self._diagnostics.refuse)
         self.create_subscription(CameraInfo, topics.CAMERA_INFO, self._on_info,
@@ -127,7 +130,7 @@ class ResultsWriterNode(Node):
 
     def _take(self) -> None:
         """Take the results whose profile, advice and image have come."""
-        all_parts = self._images, self._profiles, self._advice, self._verdicts
+        all_parts = self._images, self._profiles, self._advice, self._verdicts, self._repairs
         for stamp_ns in sorted(set.intersection(*map(set, all_parts))):
             if self._camera is None:
                 return
@@ -150,6 +153,7 @@ class ResultsWriterNode(Node):
         self._results.add(profile, Result(
             capture, T_base_camera, profile, advice,
             verdict_from_message(self._verdicts[stamp_ns]),
+            repair=repair_from_message(self._repairs[stamp_ns]),
             warning=profile.off_path(self._thickness.maximum_offset)))
         self._diagnostics.count('results')
 

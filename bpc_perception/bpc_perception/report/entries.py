@@ -16,6 +16,7 @@ from bpc_perception.core.design.comparison import DesignFindings
 from bpc_perception.core.design.deviation import Spread
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.core.result import Result
 from bpc_perception.display.units import MM_PER_M, NS_PER_S, UL_PER_M3
 from bpc_perception.display.wording import cause_counts
@@ -118,6 +119,30 @@ def _spread_entry(spread: Spread) -> dict[str, Any]:
     return {'samples': spread.count, 'mean_mm': spread.mean * MM_PER_M,
             'rms_mm': spread.rms * MM_PER_M, 'most_mm': spread.most * MM_PER_M,
             'most_of_95_mm': spread.most_of_95 * MM_PER_M}
+
+
+def repair_entry(plan: RepairPlan) -> dict[str, Any]:
+    """Return the entry of what is proposed for the finished layers of a print."""
+    finished = plan.finished
+    return {
+        'layers': [{
+            'layer': each.number, 'next_layer': each.state.next_layer.name,
+            'obstacles': [obstacle.name for obstacle in each.state.obstacles],
+            'seen': each.state.seen, 'longest_gap_mm': each.state.longest_gap * MM_PER_M,
+            'longest_unseen_mm': each.state.longest_unseen * MM_PER_M,
+            'height_mm': each.state.height * MM_PER_M,
+            'highest_mm': each.state.highest * MM_PER_M,
+            'lowest_mm': each.state.lowest * MM_PER_M} for each in finished],
+        'fills': [{
+            'fill': number, 'kind': each.kind.name, 'layer': each.layer, 'stroke': each.stroke,
+            'start_mm': each.start * MM_PER_M, 'end_mm': each.end * MM_PER_M,
+            'volume_mm3': each.volume * MM_PER_M**3, 'speed_mm_s': each.speed * MM_PER_M,
+            'largest_flow_mm3_s': float(each.flow.max()) * MM_PER_M**3}
+            for number, each in enumerate(plan.fills, 1)],
+        'unfilled': [{
+            'kind': each.kind.name, 'layer': each.layer, 'stroke': each.stroke,
+            'start_mm': each.start * MM_PER_M, 'end_mm': each.end * MM_PER_M,
+            'reason': each.reason.name} for layer in finished for each in layer.unfilled]}
 
 
 def layer_entries(profile: ThicknessProfile) -> list[dict[str, Any]]:

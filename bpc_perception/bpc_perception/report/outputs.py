@@ -1,5 +1,7 @@
 """The files that a measurement leaves in a folder: profile.csv, summary.json and report.html.
 
+Where there is something to mend, repair.csv as well.
+
 People read these files: their lengths are in millimetres, unlike those of messages and parameters.
 """
 
@@ -16,6 +18,7 @@ from bpc_perception.report.pages import report_page
 from bpc_perception.report.print_log import PrintLog
 from bpc_perception.report.profile_table import profile_csv
 from bpc_perception.report.provenance import Provenance
+from bpc_perception.report.repair_table import REPAIR, repair_csv
 from bpc_perception.report.summary import summarize
 from bpc_perception.report.tables.files import table_files
 from bpc_perception.report.tables.of_print import result_tables
@@ -26,6 +29,8 @@ FIGURES = 'figures'  # the folder for figures for papers
 def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
                   figures: bool = False, formats: Collection[str] = ()) -> list[Path]:
     """Write profile.csv, summary.json and report.html of the result that is reported.
+
+    And repair.csv, if it has strokes that fill; one that was written before goes if it has none.
 
     A file is either put in place whole or not at all: all are complete beside their place before
     the first one moves there.
@@ -56,6 +61,8 @@ def write_outputs(folder: Path, log: PrintLog, provenance: Provenance,
         # Move the summary last: where its fingerprint is right, all the rest is in place.
         for name in sorted(files, key='summary.json'.__eq__):
             os.replace(Path(beside, name), folder / name)
+    if REPAIR not in files:
+        (folder / REPAIR).unlink(missing_ok=True)
     return [folder / name for name in files]
 
 
@@ -72,6 +79,8 @@ def _contents(log: PrintLog, provenance: Provenance, figures: bool,
              'report.html': report_page.render(log, summary, provenance.targets_of(result))}
     # A file name need not be valid Unicode; that must not cost the user the result.
     files = {name: text.encode('utf-8', 'replace') for name, text in texts.items()}
+    if result.repair is not None and result.repair.fills:
+        files[REPAIR] = repair_csv(result.repair).encode()
     files |= table_files('profile', result_tables(result.profile, result.design),
                          formats)
     if figures:

@@ -67,8 +67,10 @@ class PrintLog:
         design = result.design
         if design is not None and not (result.verdict.ended or result.verdict.laying):
             design = compare_with_design(result.profile, design.wanted)
-        self.reported = replace(result, design=design, verdict=result.verdict.at_its_end(
-            design.findings if design is not None else None))
+        repair = result.repair
+        self.reported = replace(
+            result, design=design, repair=repair.at_its_end() if repair is not None else None,
+            verdict=result.verdict.at_its_end(design.findings if design is not None else None))
 
     @property
     def refusals(self) -> list[str]:

@@ -21,7 +21,7 @@ SUMMARY = 'summary.json'
 PRINTABILITY = re.compile(r'printability\.csv|pores(_layers_[\d_]+)?\.(pdf|svg)')
 # Of `bpc testprint judge`, likewise.
 TEST_PRINT = re.compile(r'sweep\.csv|findings\.csv')
-OURS = re.compile(r'profile\.(csv|xlsx|mat)|summary\.json|report\.html|figures|'
+OURS = re.compile(r'profile\.(csv|xlsx|mat)|repair\.csv|summary\.json|report\.html|figures|'
                   rf'capture_\d{{4,}}|print_\d+|{PRINTABILITY.pattern}|{TEST_PRINT.pattern}')
 
 

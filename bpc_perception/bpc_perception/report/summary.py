@@ -13,6 +13,7 @@ from bpc_perception.report.entries import (
     amount_entry,
     design_entry,
     layer_entries,
+    repair_entry,
     stroke_entries,
     verdict_entry,
 )
@@ -35,6 +36,7 @@ def summarize(log: PrintLog, provenance: Provenance) -> dict[str, Any]:
         **log.entries[log.place],
         'verdict': verdict_entry(result.verdict),
         **({'design': design_entry(result.design.findings)} if result.design else {}),
+        **({'repair': repair_entry(result.repair)} if result.repair else {}),
         'method': profile.method,
         'thickness_q1_mm': statistics.thickness_q1 * MM_PER_M,
         'thickness_median_mm': statistics.thickness_median * MM_PER_M,

@@ -19,6 +19,7 @@ from bpc_interfaces.msg import (
     DesignComparison,
     PrintVerdict as PrintVerdictMsg,
     RateAdvice as RateAdviceMsg,
+    RepairPlan as RepairPlanMsg,
 )
 from bpc_perception.claims import domain
 from bpc_perception.cli.parts.live_view import view
@@ -30,10 +31,12 @@ from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.design.comparison import DesignFindings
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.design import design_from_message
+from bpc_perception.messages.repair import repair_from_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
@@ -67,6 +70,7 @@ class Monitor:
         self.advice: dict[int, RateAdvice] = {}
         self.verdicts: dict[int, PrintVerdict] = {}
         self._designs: dict[str, DesignFindings] = {}  # by print, the newest
+        self._repairs: dict[str, RepairPlan] = {}  # likewise
         self._keep = keep
         self._executor = executor
         self._terminal = terminal
@@ -82,6 +86,8 @@ class Monitor:
             PrintVerdictMsg, topics.VERDICT, self._on_verdict, topics.RESULT_QOS)
         node.create_subscription(
             DesignComparison, topics.DESIGN, self._on_design, topics.RESULT_QOS)
+        node.create_subscription(
+            RepairPlanMsg, topics.REPAIR, self._on_repair, topics.RESULT_QOS)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
     @property
@@ -163,6 +169,10 @@ class Monitor:
         """Return what is known last of a print beside its design; None = there is none."""
         return self._designs.get(print_id)
 
+    def repair_of(self, print_id: str) -> RepairPlan | None:
+        """Return what is proposed last to mend a print; None = nothing was heard."""
+        return self._repairs.get(print_id)
+
     def _on_profile(self, profile: ThicknessProfile) -> None:
         if not profile.print_id:
             self._shown = None
@@ -210,6 +220,15 @@ class Monitor:
             return
         if message.print_id:
             self._designs[message.print_id] = design
+
+    def _on_repair(self, message: RepairPlanMsg) -> None:
+        try:
+            plan = repair_from_message(message)
+        except ConversionError as error:
+            self._refuse(error)
+            return
+        if plan.print_id:
+            self._repairs[plan.print_id] = plan
 
     def _refuse(self, error: ConversionError) -> None:
         self._warn(f'{self.node.get_name()}: {error}')

@@ -14,9 +14,11 @@ from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.inspection.defects import Defect
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.core.result import Result
 from bpc_perception.display.plain_json import plain
 from bpc_perception.display.plain_text import one_line
+from bpc_perception.display.repair_words import repairs_in_words
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.verdict_words import (
     defect_in_words,
@@ -32,6 +34,7 @@ from bpc_perception.report.entries import (
     advice_entry,
     layer_entries,
     profile_entry,
+    repair_entry,
     result_entry,
     verdict_entry,
 )
@@ -111,6 +114,13 @@ def show_verdict(terminal: Terminal, verdict: PrintVerdict) -> None:
     words = '; '.join(filter(None, (verdict_in_words(verdict), not_judged(verdict))))
     terminal.emit('verdict', f'{one_line(verdict.print_id)}: {words}',
                   print_id=verdict.print_id, **verdict_entry(verdict))
+
+
+def show_repair(terminal: Terminal, plan: RepairPlan) -> None:
+    """Say what is to be mended of the finished layers, and whether the next can be laid."""
+    for line in repairs_in_words(plan):
+        terminal.say(f'  {line}')
+    terminal.emit('repair', '', print_id=plan.print_id, **repair_entry(plan))
 
 
 def show_layers(terminal: Terminal, profile: ThicknessProfile) -> None:

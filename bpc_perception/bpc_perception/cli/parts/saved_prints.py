@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from bpc_perception.cli.parts.monitor import Monitor
-from bpc_perception.cli.parts.result_table import show_verdict
+from bpc_perception.cli.parts.result_table import show_repair, show_verdict
 from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.config import RecorderConfig
 from bpc_perception.core.parameter import flatten
@@ -91,6 +91,8 @@ def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> I
                          | {folder for folder in measured if folder.is_dir()})
         for verdict in monitor.last_verdicts():
             show_verdict(terminal, verdict.at_its_end(monitor.design_of(verdict.print_id)))
+            if (plan := monitor.repair_of(verdict.print_id)) is not None:
+                show_repair(terminal, plan.at_its_end())
         say_what_is_saved(folders, terminal)
 
 

@@ -1,4 +1,4 @@
-"""Publishes what came of each capture: profile, advice, verdict, and how far from its design."""
+"""Publishes what came of each capture: profile, advice, verdict, design and plan of repair."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from bpc_interfaces.msg import (
     DesignComparison,
     PrintVerdict as PrintVerdictMsg,
     RateAdvice as RateAdviceMsg,
+    RepairPlan as RepairPlanMsg,
 )
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.inspection.verdict import PrintVerdict
+from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.design import design_to_message, no_design
+from bpc_perception.messages.repair import repair_to_message
 from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.nodes.parts.profile_publisher import ProfilePublisher
 
@@ -35,6 +38,8 @@ class ResultPublisher:
         self._verdicts = node.create_publisher(PrintVerdictMsg, topics.VERDICT, topics.RESULT_QOS)
         self._designs = node.create_publisher(
             DesignComparison, topics.DESIGN, topics.RESULT_QOS) if designed else None
+        self._repairs = node.create_publisher(RepairPlanMsg, topics.REPAIR, topics.REPAIR_QOS)
+        self._plan = RepairPlan.none(0)  # that was published last
 
     def publish(self, result: Result, longest_whole: int) -> None:
         """Publish a result that has a profile; of a longer one than this, what is new in it."""
@@ -48,10 +53,18 @@ class ResultPublisher:
         if self._designs is not None and result.design is not None:
             self._designs.publish(design_to_message(
                 result.design.findings, profile.print_id, profile.stamp_ns, self._frame))
+        if result.repair is not None:
+            self._propose(result.repair)
 
     def complete(self) -> None:
-        """Publish the whole profile of a print that has ended, if it was not sent whole."""
+        """Publish what a print that has ended leaves to be told.
+
+        That is its whole profile, if it was not sent whole, and that its last layer is finished.
+        """
         self._profiles.complete()
+        plan = self._plan.at_its_end()
+        if len(plan.finished) > len(self._plan.finished):
+            self._propose(plan)
 
     def clear(self, now_ns: int) -> bool:
         """Tell who knows of a print that there is none any more; return whether anyone does."""
@@ -62,4 +75,9 @@ class ResultPublisher:
         self._verdicts.publish(verdict_to_message(PrintVerdict.none(now_ns), self._frame))
         if self._designs is not None:
             self._designs.publish(no_design(now_ns, self._frame))
+        self._propose(RepairPlan.none(now_ns))
         return True
+
+    def _propose(self, plan: RepairPlan) -> None:
+        self._plan = plan
+        self._repairs.publish(repair_to_message(plan, self._frame))

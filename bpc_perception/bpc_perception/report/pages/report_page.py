@@ -6,9 +6,11 @@ from typing import Any
 
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import Status, ThicknessProfile
+from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.core.targets import WidthTargets
 from bpc_perception.display.layers import layers_of
 from bpc_perception.display.legend import STATUS_COLOURS
+from bpc_perception.display.repair_words import NOT_FILLED, repairs_in_words
 from bpc_perception.display.units import MM_PER_M
 from bpc_perception.display.verdict_words import (
     defect_in_words,
@@ -57,7 +59,7 @@ def render(log: PrintLog, summary: dict[str, Any], targets: WidthTargets | None 
          'offset': offset_figure(profile),
          'map': map_figure(profile, targets),
          'histogram': histogram_figure(profile, targets)},
-        summary=summary, **verdict_content(result.verdict),
+        summary=summary, **verdict_content(result.verdict), repair=repair_content(result.repair),
         advice_words=advice_in_words(advice),
         statuses=[(status.name, label(status), STATUS_COLOURS[status], MEANINGS[status])
                   for status in Status],
@@ -75,6 +77,14 @@ def verdict_content(verdict: PrintVerdict) -> dict[str, Any]:
             'not_judged': not_judged(verdict), 'names': NAMES, 'tones': TONES,
             'defects': [(place_in_words(each), defect_in_words(each), each.layer, each.samples)
                         for each in verdict.defects]}
+
+
+def repair_content(plan: RepairPlan | None) -> dict[str, Any] | None:
+    """Return what the page says of the repair; None = nothing is finished."""
+    if plan is None or not plan.finished:
+        return None
+    return {'lines': repairs_in_words(plan),
+            'reasons': {each.name: words for each, words in NOT_FILLED.items()}}
 
 
 def layer_choices(profile: ThicknessProfile) -> list[dict[str, Any]]:
