@@ -17,6 +17,7 @@ from bpc_perception.files.parameter_file import configure, live_recorder
 from bpc_perception.messages import topics
 from bpc_perception.report.control.tables import CAPABILITY, CONTROL
 from bpc_perception.report.profile_table import COLUMNS, DESIGN_COLUMNS
+from bpc_perception.report.repair_table import COLUMNS as REPAIR_COLUMNS
 from bpc_perception.report.tables.table import Column
 from bpc_sim.closed_loop.situations import SITUATIONS
 from bpc_system_tests.documentation import parameter_tables, reference
@@ -40,7 +41,8 @@ NOT_OF_ROSDEP = {'mcap', 'rosbags', 'lz4', 'zstandard', 'plotly', 'ticlib', 'mat
                  'distributed', 'pyarrow', 'nicegui'}
 QOS = {'camera': topics.CAMERA_QOS, 'camera info': topics.CAMERA_INFO_QOS,
        'pose': topics.POSE_QOS, 'extruder': topics.EXTRUSION_QOS, 'path': topics.PATH_QOS,
-       'update': topics.UPDATE_QOS, 'result': topics.RESULT_QOS, 'view': topics.VIEW_QOS}
+       'update': topics.UPDATE_QOS, 'result': topics.RESULT_QOS, 'repair': topics.REPAIR_QOS,
+       'view': topics.VIEW_QOS}
 
 
 def loaded_with(module: str, known: set[str]) -> set[str]:
@@ -147,6 +149,11 @@ def test_the_columns_of_a_profile_are_listed() -> None:
     assert f'`{",".join(COLUMNS)}`' in text.replace('\n', '')
     described = [name for row in table_rows(text) for name in re.findall(r'`(\w+)`', row[0])]
     assert described == [*COLUMNS, *DESIGN_COLUMNS]
+
+
+def test_the_columns_of_a_repair_are_listed() -> None:
+    rows = table_rows(section(FILES, 'repair.csv'))
+    assert [name for row in rows for name in re.findall(r'`(\w+)`', row[0])] == [*REPAIR_COLUMNS]
 
 
 def test_the_columns_of_a_batch_are_listed() -> None:
