@@ -22,6 +22,7 @@ from bpc_system_tests.parts.command_line import (
     refusal,
     run,
     SAMPLE,
+    SAMPLE_OUTPUTS,
     succeed,
 )
 from bpc_system_tests.parts.ros_graph import own_domain
@@ -269,8 +270,8 @@ def test_a_recording_is_measured_in_a_shell_for_other_programs(
         measured_sample / 'profile.csv').read_bytes()
 
 
-def test_measure_leaves_three_files_and_names_them(measured_sample: Path) -> None:
-    assert {file.name for file in measured_sample.iterdir()} == OUTPUTS
+def test_measure_leaves_its_files_and_names_them(measured_sample: Path) -> None:
+    assert {file.name for file in measured_sample.iterdir()} == SAMPLE_OUTPUTS
     captures = json.loads((measured_sample / 'summary.json').read_text())['captures']
     assert [capture['capture'] for capture in captures] == [0, 1, 2, 3, 4]
 

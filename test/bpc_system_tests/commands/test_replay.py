@@ -19,6 +19,7 @@ from bpc_system_tests.parts.command_line import (
     run,
     running,
     SAMPLE,
+    SAMPLE_OUTPUTS,
     succeed,
 )
 from bpc_system_tests.parts.process_tree import alive, descendants
@@ -47,7 +48,7 @@ def replayed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 
 
 def test_replay_leaves_what_measure_does(replayed: Path, measured_sample: Path) -> None:
-    assert {file.name for file in replayed.iterdir()} == OUTPUTS
+    assert {file.name for file in replayed.iterdir()} == SAMPLE_OUTPUTS
     profile = (replayed / 'profile.csv').read_bytes()
     assert profile == (measured_sample / 'profile.csv').read_bytes()
     # The summaries differ only in the time that measuring took, and in how profiles were sent.

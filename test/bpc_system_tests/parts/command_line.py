@@ -12,6 +12,7 @@ import sys
 ROOT = Path(__file__).resolve().parents[3]
 SAMPLE = ROOT / 'bags' / 'spiral_gaps'
 OUTPUTS = {'profile.csv', 'summary.json', 'report.html'}
+SAMPLE_OUTPUTS = {*OUTPUTS, 'repair.csv'}  # the sample print has a gap
 
 PATIENCE_S = 60.0  # for what takes a few seconds on an idle machine
 REFUSED_STATUS = 2

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import signal
 import time
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 import rclpy
@@ -57,8 +58,8 @@ class Monitor:
 
     Attributes:
         node: that listens.
-        profiles, advice, verdicts: by stamp of the capture, in order of arrival; the newest
-            ``keep``, or all of them.
+        profiles, advice, verdicts, repairs: by stamp of the capture, in order of arrival; the
+            newest ``keep``, or all of them.
         print_ids: of the prints that were measured, in order.
         checks: called again and again while messages are handled; an error ends it all.
     """
@@ -69,8 +70,8 @@ class Monitor:
         self.profiles: dict[int, ThicknessProfile] = {}
         self.advice: dict[int, RateAdvice] = {}
         self.verdicts: dict[int, PrintVerdict] = {}
+        self.repairs: dict[int, RepairPlan] = {}
         self._designs: dict[str, DesignFindings] = {}  # by print, the newest
-        self._repairs: dict[str, RepairPlan] = {}  # likewise
         self._keep = keep
         self._executor = executor
         self._terminal = terminal
@@ -155,11 +156,16 @@ class Monitor:
         A node is known by name before its publishers are: its first result would be missed.
         """
         return all(self.publishers(name)
-                   for name in (topics.PROFILE, topics.ADVICE, topics.VERDICT))
+                   for name in (topics.PROFILE, topics.ADVICE, topics.VERDICT, topics.REPAIR))
 
     def has(self, stamp_ns: int) -> bool:
         """Return whether all results of a capture have come."""
-        return all(stamp_ns in each for each in (self.profiles, self.advice, self.verdicts))
+        return all(stamp_ns in each for each in (self.profiles, *self._others))
+
+    @property
+    def _others(self) -> tuple[dict[int, Any], ...]:
+        """What comes beside each profile."""
+        return self.advice, self.verdicts, self.repairs
 
     def last_verdicts(self) -> list[PrintVerdict]:
         """Return the newest verdict on each print, of those that are kept."""
@@ -169,17 +175,13 @@ class Monitor:
         """Return what is known last of a print beside its design; None = there is none."""
         return self._designs.get(print_id)
 
-    def repair_of(self, print_id: str) -> RepairPlan | None:
-        """Return what is proposed last to mend a print; None = nothing was heard."""
-        return self._repairs.get(print_id)
-
     def _on_profile(self, profile: ThicknessProfile) -> None:
         if not profile.print_id:
             self._shown = None
             self._terminal.emit('cleared', 'The print was cleared: its advice holds no longer.')
             return
         if profile.stamp_ns in self.profiles:  # a recording loops: what else came is of before
-            for others in (self.advice, self.verdicts):
+            for others in self._others:
                 others.pop(profile.stamp_ns, None)
         self.profiles[profile.stamp_ns] = profile
         if profile.print_id not in self.print_ids:
@@ -187,7 +189,7 @@ class Monitor:
         self._show(profile.stamp_ns)
         if self._keep is not None:
             for stamp_ns in list(self.profiles)[:-self._keep]:
-                for kept in (self.profiles, self.advice, self.verdicts):
+                for kept in (self.profiles, *self._others):
                     kept.pop(stamp_ns, None)
 
     def _on_advice(self, message: RateAdviceMsg) -> None:
@@ -227,8 +229,12 @@ class Monitor:
         except ConversionError as error:
             self._refuse(error)
             return
-        if plan.print_id:
-            self._repairs[plan.print_id] = plan
+        if not plan.print_id:
+            return
+        again = plan.stamp_ns in self.repairs  # the print ended
+        self.repairs[plan.stamp_ns] = plan
+        if not again:
+            self._show(plan.stamp_ns)
 
     def _refuse(self, error: ConversionError) -> None:
         self._warn(f'{self.node.get_name()}: {error}')

@@ -91,7 +91,7 @@ def saving(saved: SavedPrints | None, monitor: Monitor, terminal: Terminal) -> I
                          | {folder for folder in measured if folder.is_dir()})
         for verdict in monitor.last_verdicts():
             show_verdict(terminal, verdict.at_its_end(monitor.design_of(verdict.print_id)))
-            if (plan := monitor.repair_of(verdict.print_id)) is not None:
+            if (plan := monitor.repairs.get(verdict.stamp_ns)) is not None:
                 show_repair(terminal, plan.at_its_end())
         say_what_is_saved(folders, terminal)
 

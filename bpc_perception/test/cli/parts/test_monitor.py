@@ -19,8 +19,10 @@ from bpc_perception.cli.parts.terminal import Terminal
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
+from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
+from bpc_perception.messages.repair import repair_to_message
 from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.runtime.isolated_graph import Graph
 
@@ -97,7 +99,8 @@ def test_a_profile_that_comes_last_is_shown_with_the_rest(graph: Any) -> None:
     profile = ThicknessProfile.none(5)
     rest = (made._on_advice, advice_to_message(replace(RateAdvice.none(5), print_id='print'))), (
         made._on_verdict, verdict_to_message(replace(PrintVerdict.none(5), print_id='print'),
-                                             'base'))
+                                             'base')), (
+        made._on_repair, repair_to_message(replace(RepairPlan.none(5), print_id='print'), 'base'))
     for hear, message in rest:
         hear(message)
     made._on_profile(replace(profile, print_id='print'))

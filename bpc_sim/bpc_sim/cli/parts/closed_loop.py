@@ -124,12 +124,12 @@ def start_measuring_nodes(nodes: Nodes, plan: ClosedLoopPrint, settings: Setting
 
 
 def is_complete(print_: ClosedLoopJob, monitor: Monitor) -> bool:
-    """Return whether the newest profile reaches the end of the path.
+    """Return whether the newest profile reaches the end of the path, and its results are there.
 
     It looks at places: arc length counts from where the recorder first heard of the print.
     """
     if not monitor.profiles:
         return False
     last = list(monitor.profiles.values())[-1]
-    return len(last) > 0 and bool(
+    return len(last) > 0 and monitor.has(last.stamp_ns) and bool(
         print_.nearest(last.points[-1]) > print_.job.length - MISSING_AT_END_M)

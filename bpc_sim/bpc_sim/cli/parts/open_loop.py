@@ -89,7 +89,8 @@ def run_open_loop(plan: OpenLoopPrint, prints: Path | None, separate: bool, page
             last_ns = end_ns + round(1e9 / plan.capture_rate)
             announce(job.length, plan.config.speed, last_ns, terminal)
             complete = monitor.spin_until(
-                lambda: any(stamp_ns > end_ns for stamp_ns in monitor.verdicts),
+                lambda: any(stamp_ns > end_ns and monitor.has(stamp_ns)
+                            for stamp_ns in monitor.verdicts),
                 START_DELAY_S + job.duration + END_MARGIN_S + 2 / plan.capture_rate, nodes.check)
             if not complete:
                 raise ValueError('expected a profile after the end of the print, found none; '
