@@ -99,19 +99,17 @@ class Filling:
                 raise _RefusalError(NotFilled.CONTRADICTION)
             return make()
         except _RefusalError as refusal:
-            profile, middle = self.profile, sum(extent) / 2
-            at = self._sample(middle)
-            x, y, z = (float(np.interp(middle, profile.arc_length, axis))
-                       for axis in profile.points.T)
+            profile, at = self.profile, self._sample(sum(extent) / 2)
+            x, y, z = profile.points[at].tolist()
             return Unfilled(kind, int(profile.stroke[at]), int(profile.layer[at]), *extent,
                             (x, y, z), refusal.args[0])
 
     def _over_gap(self, start: float, end: float) -> Fill:
-        arc = self.profile.arc_length
         if end - start <= self.tolerance.gap_length:
             raise _RefusalError(NotFilled.ALLOWED)
         width = self._expect_long(start, end)
-        inside = np.flatnonzero((arc >= start) & (arc <= end) & self.profile.missing)
+        inside = self._inside(start, end)
+        inside = inside[self.profile.missing[inside]]
         edges = [self._edge(int(inside[place]), step, width)
                  for place, step in ((0, -1), (-1, 1))]
         if None in edges:
@@ -195,8 +193,10 @@ class Filling:
               lacking: Callable[[Array], Array]) -> Fill:
         profile, middle = self.profile, self._sample(sum(extent) / 2)
         arc = profile.arc_length
-        at = np.unique((*way, *extent, *arc[(arc > way[0]) & (arc < way[1])]))
-        points = np.column_stack([np.interp(at, arc, axis) for axis in profile.points.T])
+        at = np.unique((*way, *extent, *arc[self._inside(*way)]))
+        near = self._with_neighbours(*way)
+        points = np.column_stack([np.interp(at, arc[near], axis)
+                                  for axis in profile.points[near].T])
         if self._covered(points, middle):
             raise _RefusalError(NotFilled.COVERED)
         halfway = (at[1:] + at[:-1]) / 2
@@ -207,12 +207,9 @@ class Filling:
 
     def _speed(self, start: float, end: float) -> float:
         """Return the usual speed of the nozzle along a stretch and to the samples beside it."""
-        own = self._inside(start, end)
-        first, last = (at + step if self._goes_on(at, at + step) else at
-                       for at, step in ((int(own[0]), -1), (int(own[-1]), 1)))
-        if last == first:
+        around = self._with_neighbours(start, end)
+        if around.stop - around.start < 2:
             raise _RefusalError(NotFilled.FLOW_NOT_KNOWN)
-        around = slice(first, last + 1)
         return float(np.median(np.diff(self.profile.arc_length[around])
                                / np.diff(self.profile.time[around])))
 
@@ -227,21 +224,41 @@ class Filling:
         return lambda asked: np.asarray(np.interp(asked, at, area))
 
     def _covered(self, points: Array, middle: int) -> bool:
-        """Return whether the nozzle would touch ink of a higher layer on its way (K, 3).
+        """Return whether the nozzle would touch ink of a higher layer on its way (K, 3)."""
+        layer = int(self.profile.layer[middle])
+        if layer not in self._above:
+            self._above[layer] = self._seen_from_above(layer)
+        flat, above = self._above[layer]
+        way = points @ flat
+        reach = self.config.nozzle_radius + np.nanmax([*self._widths.values(), 0.0]) / 2
+        first, end = np.searchsorted(above[:, 0], (way[:, 0].min() - reach,
+                                                   way[:, 0].max() + reach))
+        if first == end:
+            return False
+        away, _ = cKDTree(above[first:end]).query(way, distance_upper_bound=reach)
+        return bool(np.isfinite(away).any())
 
-        Seen along the way from the nozzle's tip to the surface below it.
+    def _seen_from_above(self, layer: int) -> tuple[Array, Array]:
+        """Return what lays points flat as seen along the nozzle, and higher layers (M, 3) so.
+
+        These are in the order of x, by which those near a place are found fast.
+        The nozzle points from its tip to the surface below, as in most of the layer.
         """
         profile = self.profile
-        above = profile.points[profile.layer > profile.layer[middle]]
-        if not len(above):
-            return False
-        down = profile.feet[middle] - profile.points[middle]
+        own = profile.layer == layer
+        down = np.median(profile.feet[own] - profile.points[own], axis=0)
         length = np.linalg.norm(down)
         down = down / length if length > 0 else down
         flat = np.eye(3) - np.outer(down, down)
-        half = np.nanmax([*self._widths.values(), 0.0]) / 2
-        away, _ = cKDTree(above @ flat).query(points @ flat)
-        return bool((away < self.config.nozzle_radius + half).any())
+        above = profile.points[profile.layer > layer] @ flat
+        return flat, above[np.argsort(above[:, 0])]
+
+    def _with_neighbours(self, start: float, end: float) -> slice:
+        """Return the samples of a stretch of a stroke, and those beside it on the stroke."""
+        own = self._inside(start, end)
+        first, last = (at + step if self._goes_on(at, at + step) else at
+                       for at, step in ((int(own[0]), -1), (int(own[-1]), 1)))
+        return slice(first, last + 1)
 
     def _inside(self, start: float, end: float) -> Index:
         """Return the samples of a stretch of a stroke."""
@@ -250,7 +267,14 @@ class Filling:
 
     def _sample(self, arc_length: float) -> int:
         """Return the sample nearest to an arc length [m]."""
-        return int(np.argmin(np.abs(self.profile.arc_length - arc_length)))
+        arc = self.profile.arc_length
+        after = int(np.clip(np.searchsorted(arc, arc_length), 1, len(arc) - 1))
+        return after - int(arc_length - arc[after - 1] < arc[after] - arc_length)
+
+    @cached_property
+    def _above(self) -> dict[int, tuple[Array, Array]]:
+        """What lies above each layer, as far as it was asked for."""
+        return {}
 
     @cached_property
     def _widths(self) -> dict[int, float]:
