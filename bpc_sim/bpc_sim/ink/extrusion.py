@@ -31,7 +31,7 @@ NOISE_STEP_M = 2e-4  # between values of the noise
 SMALLEST_NOISE_FACTOR = 0.2  # on the width
 CORNER_RECOVERY_M = 1e-3  # length over which the bead recovers from a corner
 THINNEST_BEAD_M = 3e-4  # a bead tears where it would be thinner
-BLOB_LENGTH_M = 1e-3  # over which ink lies that was pushed out while the nozzle stood
+BLOB_LENGTH_M = 1e-3  # over which ink lies that was pushed out before the nozzle moved
 
 # From arc lengths of any shape [m] to factors on the flow of the same shape.
 Delivery = Callable[[Array], Array]
@@ -98,7 +98,7 @@ class Extrusion:
         self._commands: deque[tuple[float, float]] = deque([(-np.inf, 0.0)])
         # Where beads lie [m], and how wide they are [m]; NumPy takes these at once.
         self._places, self._widths = array('d'), array('d')
-        self._blobs: dict[float, float] = {}  # volume laid while the nozzle stood, by its place
+        self._primed = 0.0  # volume that came while the nozzle stood at the beginning [m^3]
 
     def advance(self, time: float, s: float, flow: float) -> None:
         """Go on to a time [s] at which the nozzle is at arc length s [m].
@@ -116,8 +116,8 @@ class Extrusion:
                 bead = 4 / np.pi * self.delivered * step / (s - self._s)
                 self._places.append((s + self._s) / 2)
                 self._widths.append(behaviour.spreading * bead**0.5)
-            elif self.delivered > 0:
-                self._blobs[s] = self._blobs.get(s, 0.0) + self.delivered * step
+            elif not self._places:  # later the nozzle is lifted where it stands
+                self._primed += self.delivered * step
         self._time, self._s = time, s
 
     def width(self, s: Array) -> Array:
@@ -126,10 +126,8 @@ class Extrusion:
             return np.zeros(np.shape(s))
         behaviour = self.behaviour
         width = np.interp(s, np.array(self._places), np.array(self._widths))
-        for place, volume in self._blobs.items():
-            around = (s >= place) & (s < place + BLOB_LENGTH_M)
-            area = np.where(around, volume / BLOB_LENGTH_M, 0.0)
-            width = np.sqrt(width**2 + behaviour.spreading**2 * 4 / np.pi * area)
+        primed = np.where(s < self._places[0] + BLOB_LENGTH_M, self._primed / BLOB_LENGTH_M, 0.0)
+        width = np.sqrt(width**2 + behaviour.spreading**2 * 4 / np.pi * primed)
         width *= np.sqrt(behaviour.delivery(s))
         width *= np.interp(s, *self._noise)
         behind = s[:, None] - behaviour.corners

@@ -19,19 +19,36 @@ THRESHOLDS = yaml.safe_load(
     Path(__file__).with_name('closed_loop_thresholds.yaml').read_text(encoding='utf-8'))
 LINES, BETTER = THRESHOLDS['lines'], THRESHOLDS['better_than']
 MORE = THRESHOLDS['more_prints']
+LEARNED = THRESHOLDS['third_layer']
 pytestmark = pytest.mark.timeout(600)  # the first test waits for all prints
 CHECKS = [(line, column) for line, content in LINES.items() for column in content['limits']]
 
 
 @pytest.fixture(scope='module')
 def table() -> dict[tuple[str, str], Row]:
-    """The rows of the study by scenario and controller."""
+    """The rows of the study by scenario and controller, of single layers."""
     study = replace(STUDIES['closedloop'], tasks=lambda few: [
-        (name, seed) for name in SITUATIONS
+        (name, seed, ()) for name in SITUATIONS
         for seed in range(MORE['prints'] if name in MORE['scenarios'] else few)])
     # One process: other tests run beside these, and some of them watch the clock.
     rows = study.run(THRESHOLDS['prints'], processes=1)
     return {(row['scenario'], row['controller']): row for row in rows}
+
+
+@pytest.fixture(scope='module')
+def third_layers() -> dict[str, Row]:
+    """The rows of the third layers that learning makes, by scenario."""
+    study = replace(STUDIES['closedloop'], tasks=lambda few: [
+        (name, seed, ('learned',)) for name in LEARNED['scenarios'] for seed in range(few)])
+    rows = study.run(LEARNED['prints'], processes=1)
+    return {row['scenario']: row for row in rows
+            if (row['controller'], row['layer']) == ('learned', 3)}
+
+
+@pytest.mark.accuracy
+@pytest.mark.parametrize('name', LEARNED['scenarios'])
+def test_the_third_layer(name: str, third_layers: dict[str, Row]) -> None:
+    assert third_layers[name]['rms_ratio'] <= LEARNED['scenarios'][name]
 
 
 @pytest.mark.accuracy

@@ -21,20 +21,22 @@ from bpc_sim.studies.closed_loop.trial import (
 from bpc_sim.studies.study_runner import Row, Study
 
 
-def tasks(seeds: int) -> list[tuple[str, int]]:
-    """Return scenario and seed of each task."""
-    return [(name, seed) for name in SITUATIONS for seed in range(seeds)]
+def tasks(seeds: int) -> list[tuple[str, int, tuple[str, ...]]]:
+    """Return scenario, seed and the controllers that print layers, of each task."""
+    return [(name, seed, LEARNING) for name in SITUATIONS for seed in range(seeds)]
 
 
-def work(task: tuple[str, int]) -> list[Outcome]:
+def work(task: tuple[str, int, tuple[str, ...]]) -> list[Outcome]:
     """Print once under each controller, and layers under those that learn."""
-    print_ = make_situation(*task)
-    none = [run_print(print_.in_layer(layer), 'none') for layer in range(1, LAYERS + 1)]
+    name, seed, learning = task
+    print_ = make_situation(name, seed)
+    learning = learning if np.isinf(print_.fault) else ()
+    layers = range(1, LAYERS + 1 if learning else 2)
+    none = [run_print(print_.in_layer(layer), 'none') for layer in layers]
     side = float(np.sign(settled_deviation(none[0], print_).mean()))
     found = [evaluate(run_print(print_, name), print_, name, side)
              for name in CONTROLLERS if name != 'none']
-    learns = np.isinf(print_.fault)
-    layered = {'none': none, **{name: print_layers(print_, name) for name in LEARNING if learns}}
+    layered = {'none': none, **{name: print_layers(print_, name) for name in learning}}
     for name, traces in layered.items():
         found += [evaluate(trace, print_, name, side, layer)
                   for layer, trace in enumerate(traces, 1)]
@@ -87,6 +89,7 @@ def row(mine: list[Outcome], none: list[Outcome]) -> Row:
 
 
 CLOSED_LOOP = Study('Prints that go wrong: without feedback, with the mass balance at every '
-                    'capture, a PI controller on the mean width, and the advice, on flow or speed; '
-                    'layer after layer with a P-type learning law, and with schedule and advice',
+                    'capture, a PI controller on the mean width, and the advice, on flow or '
+                    'speed; layer after layer with a P-type learning law, and with schedule and '
+                    'advice',
                     tasks, work, rows, seeds=20, processes=2, draw=draw)
