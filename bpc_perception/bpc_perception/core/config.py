@@ -111,6 +111,18 @@ class AdviceConfig(Config):
 
 
 @dataclass(frozen=True)
+class LearningConfig(Config):
+    """What is learned of a layer for the next of the same path."""
+
+    enabled: Annotated[bool, Parameter(
+        'Whether a schedule of factors is made for each layer whose path was printed before')
+    ] = True
+    followed: Annotated[bool, Parameter(
+        'Whether the print controller follows rate_schedule. Then rate_advice is on top of it',
+        read_only=True)] = False
+
+
+@dataclass(frozen=True)
 class ToleranceConfig(Config):
     """How far a print may be off, before it is not good; 0 = not judged."""
 
@@ -327,6 +339,7 @@ class ThicknessConfig(Config):
     tolerance: ToleranceConfig = field(default_factory=ToleranceConfig)
     repair: RepairConfig = field(default_factory=RepairConfig)
     design: DesignConfig = field(default_factory=DesignConfig)
+    learning: LearningConfig = field(default_factory=LearningConfig)
     watch: WatchConfig = field(default_factory=WatchConfig)
     process: ProcessConfig = field(default_factory=ProcessConfig)
 

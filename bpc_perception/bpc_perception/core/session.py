@@ -18,6 +18,8 @@ from bpc_perception.core.config import ThicknessConfig
 from bpc_perception.core.design.comparison import DesignComparison, DesignFollower, WantedDesign
 from bpc_perception.core.geometry import invert, transform
 from bpc_perception.core.inspection.verdict import judge, PrintVerdict
+from bpc_perception.core.learning.layer_learner import LayerLearner
+from bpc_perception.core.learning.layer_schedule import LayerSchedule
 from bpc_perception.core.measurement.cross_section.incremental import PrintMemory
 from bpc_perception.core.measurement.ground import Ground
 from bpc_perception.core.measurement.measure import (
@@ -55,8 +57,9 @@ class Session:
     MAXIMUM_WAITING = 4  # captures that may wait live for the path; each may be 46 MB
 
     def __init__(self, config: ThicknessConfig, hand_eye: HandEye,
-                 setup: Setup | None = None, design: WantedDesign | None = None) -> None:
-        """Begin, perhaps with the setup of the prints before, and with their design."""
+                 setup: Setup | None = None, design: WantedDesign | None = None,
+                 learned: LayerSchedule | None = None) -> None:
+        """Begin, perhaps with the setup of the prints before, their design and schedule."""
         self.config = config
         self._hand_eye = hand_eye
         self._poses, self._whereabouts = PoseBuffer(), Whereabouts()
@@ -68,6 +71,7 @@ class Session:
         self._targets = WidthTargets.read(targets) if targets else None
         self._advisor = Advisor(setup=setup)
         self._design = DesignFollower(design) if design else None
+        self._learner = LayerLearner(learned)
         self._memory, self._ground = PrintMemory(), Ground()
 
     @property
@@ -117,6 +121,7 @@ class Session:
         self._counts.clear()
         self._advisor = Advisor(setup=self.setup)
         self._design = DesignFollower(self._design.wanted) if self._design else None
+        self._learner.forget_print()
         self._memory, self._ground = PrintMemory(), Ground()
 
     def results(self, now_ns: int = 0, finish: bool = False) -> Iterator[Result]:
@@ -192,9 +197,12 @@ class Session:
             targets = self._targets_of(profile, design)
             advising = (self.config.advice if targets is not None else
                         replace(self.config.advice, target_thickness=0.0))
+            self._learner.look(profile, path, targets, self.setup.gain, self.config)
             advice = self._advisor.advise(
                 profile, path, advising, Reason.EXTRUDER_FAULT if extruder else
-                Reason.PATH_OFFSET if off_path else None, targets)
+                Reason.PATH_OFFSET if off_path else None, targets,
+                self._learner.planned(path, self.config))
+            self._learner.hear(advice)
             verdict = self._judge(profile, path, capture.stamp_ns, targets, design)
             repair = plan_repair(profile, verdict, advice.reason, targets, self.config.tolerance,
                                  self.config.repair)
@@ -217,7 +225,7 @@ class Session:
                                   '; please report it with the log')
         self._counts[path.print_id] += 1  # a capture that was refused has no number
         return Result(capture, T_base_camera, profile, advice, verdict, design, repair,
-                      warning='; '.join(filter(None, warnings)))
+                      self._learner.told, warning='; '.join(filter(None, warnings)))
 
     def _targets_of(self, profile: ThicknessProfile,
                     design: DesignComparison | None) -> WidthTargets | None:

@@ -69,6 +69,23 @@ class Learner:
         del self._records[:-LAYERS_KEPT]
         return True
 
+    @property
+    def based_on(self) -> tuple[tuple[str, int], ...]:
+        """Print and number of each layer learned from, the newest last."""
+        return tuple((one.print_id, one.layer) for one in self._records)
+
+    @property
+    def end(self) -> float:
+        """Place of the last ink of the first layer learned from [m]."""
+        assert self._first is not None
+        return float(self._first.place[self._first.strokes[-1, 1] - 1])
+
+    def points(self, place: Array) -> Array:
+        """Return where places (K,) were in the newest layer learned from, (K, 3) [m]."""
+        newest = self._records[-1]
+        return np.column_stack([np.interp(place, newest.place, axis)
+                                for axis in newest.points.T])
+
     def schedule(self) -> RateSchedule | None:
         """Return the factors for the next layer of this path; None = nothing is learned yet."""
         if self._first is None:

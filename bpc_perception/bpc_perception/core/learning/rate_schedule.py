@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,3 +39,9 @@ class RateSchedule:
     def at(self, place: Array | float) -> Array:
         """Return the factors (...) at places (...) [m]; those of the ends beyond them."""
         return np.asarray(np.interp(place, self.place, self.factor))
+
+    def until(self, place: float) -> RateSchedule:
+        """Return the part up to a place [m]."""
+        kept = self.place <= place
+        return replace(self, place=self.place[kept], factor=self.factor[kept],
+                       volume=self.volume[kept])
