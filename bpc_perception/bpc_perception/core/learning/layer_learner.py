@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+import logging
 
 import numpy as np
 
@@ -20,7 +21,10 @@ from bpc_perception.core.targets import WidthTargets
 WAYS_KEPT = 4  # of which layers are remembered: those of a scaffold take turns
 MOST_FAULTY = 0.2  # share of a layer that may be gaps, and of its captures that may be alarms
 ALARMS = (Reason.GAP_DETECTED, Reason.CLOG_SUSPECTED, Reason.PATH_OFFSET, Reason.EXTRUDER_FAULT)
+LEAST_TIME_S = 3.0  # that a layer takes: the lag of one that takes less is not known
 SPEED_S = 0.5  # over which the present speed is taken
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass
@@ -80,6 +84,15 @@ class LayerLearner:
         """
         if not config.learning.enabled:
             return
+        try:
+            self._look(profile, path, targets, gain, config)
+        except Exception:  # a defect of ours must not end a print's feedback
+            logger.exception('learning failed; please report it with the log')
+            self._over = True
+            self.told = LayerSchedule.none(profile.stamp_ns, self._print_id)
+
+    def _look(self, profile: ThicknessProfile, path: DepositionPath,
+              targets: WidthTargets | None, gain: float, config: ThicknessConfig) -> None:
         if profile.print_id != self._print_id:
             self._print_id, self._layer, self._over = profile.print_id, _Layer(), False
             self._first = None
@@ -161,7 +174,8 @@ class LayerLearner:
         alarms = self._layer.alarms / max(self._layer.captures, 1)
         if max(gaps, alarms) > MOST_FAULTY:
             return ScheduleReason.FAULTS
-        if record.coverage < LEAST_COVERAGE or record.usable.mean() < LEAST_COVERAGE / 2:
+        if (record.coverage < LEAST_COVERAGE or record.usable.mean() < LEAST_COVERAGE / 2
+                or record.time[-1] - record.time[0] < LEAST_TIME_S):
             return ScheduleReason.NOT_ENOUGH_SEEN
         return ScheduleReason.LEARNED
 

@@ -172,6 +172,20 @@ def test_without_a_recorded_command_nothing_is_learned() -> None:
     assert look(LayerLearner(), stack, (0, 0.07), (1, 0.01)).reason == ScheduleReason.NOT_RECORDED
 
 
+def test_a_layer_that_is_over_at_once_is_not_enough() -> None:
+    short = way(((0, 0), (25, 0)))  # 2.5 s: a lag of some seconds could be anything
+    told = look(LayerLearner(), Stack(short), (0, 0.02), end=True)
+    assert (told.valid, told.reason) == (False, ScheduleReason.NOT_ENOUGH_SEEN)
+
+
+def test_a_defect_of_learning_leaves_the_print_alone(
+        caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('bpc_perception.core.learning.layer_learner.places_on', None)
+    told = look(LayerLearner(), Stack(WAY, WAY), (0, 0.07), (1, 0.01), (1, 0.02))
+    assert not told.valid
+    assert 'learning failed' in caplog.text
+
+
 def test_without_a_target_nothing_is_learned() -> None:
     learner, stack = LayerLearner(), Stack(WAY, WAY)
     for seen in ((0, 0.07), (1, 0.01)):
