@@ -18,6 +18,7 @@ from bpc_interfaces.msg import (
     ExtrusionState,
     PrintVerdict,
     RateAdvice,
+    RateSchedule,
     RepairPlan,
     ThicknessProfile,
     ThicknessProfileUpdate,
@@ -39,6 +40,7 @@ PATH_UPDATE = 'deposition_path/update'  # what is new in PATH; not recorded
 PROFILE, ADVICE, VERDICT = 'thickness_profile', 'rate_advice', 'print_verdict'
 DESIGN = 'design_comparison'  # only where the thickness node has a design
 REPAIR = 'repair_plan'
+SCHEDULE = 'rate_schedule'  # of the layer that is printed, or the next
 PROFILE_UPDATE = 'thickness_profile/update'  # what changed in a long PROFILE
 SEND_PROFILE = 'thickness/send_profile'  # service: publish the whole
 MARKERS, OVERLAY = 'thickness/markers', 'thickness/overlay'
@@ -46,6 +48,7 @@ WIDTH, DEVIATION = 'thickness/width', 'thickness/deviation'
 RESULTS: dict[str, Any] = {PATH: DepositionPath, NAV_PATH: Path, PROFILE: ThicknessProfile,
                            PROFILE_UPDATE: ThicknessProfileUpdate, ADVICE: RateAdvice,
                            VERDICT: PrintVerdict, DESIGN: DesignComparison, REPAIR: RepairPlan,
+                           SCHEDULE: RateSchedule,
                            '/diagnostics': DiagnosticArray}
 
 # For people; made only while someone subscribes.
@@ -62,6 +65,8 @@ EXTRUSION_QOS = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 # Each message has the whole path, so a late subscriber needs only the last one.
 PATH_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# Published when it changes: a late subscriber needs the last one.
+SCHEDULE_QOS = PATH_QOS
 UPDATE_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE)
 # The last one is enough, also for a subscriber that comes between two captures.
 VIEW_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE,

@@ -37,6 +37,7 @@ PLACE_PERIOD_S = 1.0  # how often the recorder looks whether the recording is st
 QOS = {topics.POSE: topics.POSE_QOS, topics.JOINTS: topics.POSE_QOS,
        topics.LBR_STATE: topics.POSE_QOS, topics.EXTRUSION: topics.EXTRUSION_QOS,
        topics.PATH: topics.PATH_QOS, topics.NAV_PATH: topics.PATH_QOS,
+       topics.SCHEDULE: topics.SCHEDULE_QOS,
        topics.PROFILE_UPDATE: topics.UPDATE_QOS, **dict.fromkeys(topics.CAMERA, topics.CAMERA_QOS),
        topics.CAMERA_INFO: topics.CAMERA_INFO_QOS}
 

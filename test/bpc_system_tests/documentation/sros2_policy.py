@@ -43,7 +43,7 @@ NODES = {
                                (), ('capture', *LIFECYCLE)),
     'thickness': Interface(
         (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, topics.VERDICT, topics.DESIGN,
-         topics.REPAIR, *topics.VIEWS, '/diagnostics'),
+         topics.REPAIR, topics.SCHEDULE, *topics.VIEWS, '/diagnostics'),
         (*topics.CAMERA, *POSES, topics.PATH, topics.PATH_UPDATE), (topics.SEND_PROFILE,)),
     'path_recorder': Interface(
         (topics.PATH, topics.PATH_UPDATE, topics.NAV_PATH, '/diagnostics'),
@@ -53,7 +53,7 @@ NODES = {
     'bag_recorder': Interface(('/diagnostics',), (*RECORDED, topics.LBR_STATE)),
     'robot': Interface(POSES),
     'print_controller': Interface((), (topics.ADVICE, topics.VERDICT, topics.DESIGN,
-                                       topics.REPAIR)),
+                                       topics.REPAIR, topics.SCHEDULE)),
     'page': Interface(
         (), (topics.PROFILE, topics.PROFILE_UPDATE, topics.ADVICE, topics.VERDICT, topics.DESIGN,
              topics.OVERLAY, '/diagnostics'),

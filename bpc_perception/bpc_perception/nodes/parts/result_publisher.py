@@ -1,4 +1,4 @@
-"""Publishes what came of each capture: profile, advice, verdict, design and plan of repair."""
+"""Publishes what came of each capture: profile, advice, schedule, verdict, design and repair."""
 
 from __future__ import annotations
 
@@ -8,16 +8,19 @@ from bpc_interfaces.msg import (
     DesignComparison,
     PrintVerdict as PrintVerdictMsg,
     RateAdvice as RateAdviceMsg,
+    RateSchedule,
     RepairPlan as RepairPlanMsg,
 )
 from bpc_perception.core.advice.rate_advice import RateAdvice
 from bpc_perception.core.inspection.verdict import PrintVerdict
+from bpc_perception.core.learning.layer_schedule import LayerSchedule
 from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
 from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.design import design_to_message, no_design
 from bpc_perception.messages.repair import repair_to_message
+from bpc_perception.messages.schedule import schedule_to_message
 from bpc_perception.messages.verdict import verdict_to_message
 from bpc_perception.nodes.parts.profile_publisher import ProfilePublisher
 
@@ -36,6 +39,9 @@ class ResultPublisher:
         self._profiles = ProfilePublisher(node, frame)
         self._advice = node.create_publisher(RateAdviceMsg, topics.ADVICE, topics.RESULT_QOS)
         self._verdicts = node.create_publisher(PrintVerdictMsg, topics.VERDICT, topics.RESULT_QOS)
+        self._schedules = node.create_publisher(RateSchedule, topics.SCHEDULE,
+                                                topics.SCHEDULE_QOS)
+        self._told: LayerSchedule | None = None  # the newest schedule
         self._designs = node.create_publisher(
             DesignComparison, topics.DESIGN, topics.RESULT_QOS) if designed else None
         self._repairs = node.create_publisher(RepairPlanMsg, topics.REPAIR, topics.REPAIR_QOS)
@@ -50,11 +56,19 @@ class ResultPublisher:
         self._profiles.publish(profile, longest_whole)
         self._advice.publish(advice_to_message(result.advice))
         self._verdicts.publish(verdict_to_message(result.verdict, self._frame))
+        if result.schedule is not None:
+            self.tell(result.schedule)
         if self._designs is not None and result.design is not None:
             self._designs.publish(design_to_message(
                 result.design.findings, profile.print_id, profile.stamp_ns, self._frame))
         if result.repair is not None:
             self._propose(result.repair)
+
+    def tell(self, schedule: LayerSchedule) -> None:
+        """Publish a schedule, if it is another than the newest."""
+        if schedule is not self._told:
+            self._told = schedule
+            self._schedules.publish(schedule_to_message(schedule, self._frame))
 
     def complete(self) -> None:
         """Publish what a print that has ended leaves to be told.
@@ -73,6 +87,7 @@ class ResultPublisher:
         self._profiles.clear(now_ns)
         self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
         self._verdicts.publish(verdict_to_message(PrintVerdict.none(now_ns), self._frame))
+        self.tell(LayerSchedule.none(now_ns))
         if self._designs is not None:
             self._designs.publish(no_design(now_ns, self._frame))
         self._propose(RepairPlan.none(now_ns))
