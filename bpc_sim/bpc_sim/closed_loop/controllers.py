@@ -67,6 +67,15 @@ class AdviceFollower:
             scale = advice.flow_rate_scale if self._actuator == 'flow' else advice.speed_scale
             self._set(now_ns, min(max(before * scale, SCALE_LIMITS[0]), SCALE_LIMITS[1]))
 
+    def plan(self, schedule: RateSchedule | None, now_ns: int) -> None:
+        """Take a schedule that came at a time [ns]; None = there is none any more.
+
+        It has what advice had corrected, so that the factor of the advice begins anew.
+        """
+        if schedule is not None:
+            self._set(now_ns, 1.0)
+        self._schedule = schedule
+
     def scale(self, now_ns: int, place: float) -> float:
         """Return the factor in force at a time [ns] and a place [m]."""
         planned = float(self._schedule.at(place)) if self._schedule else 1.0
