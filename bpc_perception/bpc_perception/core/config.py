@@ -120,6 +120,19 @@ class LearningConfig(Config):
     followed: Annotated[bool, Parameter(
         'Whether the print controller follows rate_schedule. Then rate_advice is on top of it',
         read_only=True)] = False
+    file: Annotated[str, Parameter(
+        'File in which is kept what was learned, for the next prints; empty = it is not',
+        read_only=True)] = ''
+    ink: Annotated[str, Parameter(
+        'Name of the ink; what is kept of another is refused', read_only=True)] = ''
+    nozzle: Annotated[str, Parameter(
+        'Name or size of the nozzle; what is kept of another is refused', read_only=True)] = ''
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.file and not (self.ink and self.nozzle):
+            raise ConfigError('learning.file: expected learning.ink and learning.nozzle with it, '
+                              'found one empty; name both, what is learned holds for them alone')
 
 
 @dataclass(frozen=True)

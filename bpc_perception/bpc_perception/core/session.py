@@ -79,6 +79,11 @@ class Session:
         """What the newest print was set up with."""
         return self._advisor.setup
 
+    @property
+    def schedule(self) -> LayerSchedule:
+        """The factors for the layer that is printed, or the next."""
+        return self._learner.told
+
     def add_capture(self, capture: Capture, received_ns: int = 0) -> None:
         """Queue a capture, received at this time of the caller's clock [ns]."""
         self._waiting.append((capture, received_ns))

@@ -20,6 +20,7 @@ from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.stamps import ConversionError
+from bpc_perception.nodes.parts.kept_learning import KeptLearning
 from bpc_perception.nodes.parts.kept_setup import KeptSetup
 from bpc_perception.nodes.parts.path_follower import PathFollower
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
@@ -51,13 +52,15 @@ class ThicknessNode(Node):
         hand_eye = load_hand_eye(config.hand_eye_file)
         self._diagnostics = Diagnostics(self, watch=config.watch)
         self._setup = KeptSetup(config.state_folder, self._now_ns, self._diagnostics.warn)
+        self._learned = KeptLearning(config, self._diagnostics.warn)
         self._session = Session(config, hand_eye, self._setup.setup,
-                                wanted_design(config.design))
+                                wanted_design(config.design), self._learned.told)
         self._pairer = CapturePairer()
         self._handed_over: deque[tuple[Capture, int, Event]] = deque()
         self._diagnostics.expect(CAPTURES, paced=True)
         self._frame = config.base_frame
         self._results = ResultPublisher(self, self._frame, bool(config.design.file))
+        self._results.tell(self._session.schedule)
         self._views = Views(self, self._frame)
         self._ended = False  # the print
         for name, kind in topics.CAMERA.items() if camera_topics else ():
@@ -143,6 +146,7 @@ class ThicknessNode(Node):
         if self._ended:
             self._results.complete()
         self._setup.keep(self._session.setup)
+        self._learned.keep(self._session.schedule)
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
@@ -166,7 +170,7 @@ class ThicknessNode(Node):
     def _forget_print(self) -> None:
         """Forget what was received of the print, and tell those who know of it."""
         self._session.clear()
-        if self._results.clear(self._now_ns()):
+        if self._results.clear(self._now_ns(), self._session.schedule):
             self._views.clear()
 
 

@@ -31,16 +31,37 @@ def send(bench: Any, stamp_ns: int, finished: bool) -> None:
     bench.until(lambda: len(bench.received[topics.PROFILE]) > count)
 
 
+def test_what_is_kept_is_told_before_the_next_print_and_for_this_ink_alone(
+        graph: Any, tmp_path: Path) -> None:
+    kept = {'advice__target_thickness': TARGET_M, 'learning__file': str(tmp_path / 'way.yaml'),
+            'learning__nozzle': '22G'}
+    bench = thickness_bench(graph, tmp_path, learning__ink='seven', **kept)
+    send(bench, STAMP_NS, finished=False)
+    send(bench, STAMP_NS + SECOND, finished=True)
+    bench.until(lambda: (tmp_path / 'way.yaml').is_file())
+    again = thickness_bench(graph, tmp_path, learning__ink='seven', **kept)
+    told = again.node._session.schedule
+    assert (told.valid, told.print_id, told.based_on) == (True, '', (('print', 0),))
+    other = thickness_bench(graph, tmp_path, learning__ink='eight', **kept)
+    assert not other.node._session.schedule.valid
+    other.until(lambda: any("expected ink 'eight', found 'seven'" in each.message
+                            for each in other.statuses))
+
+
 def test_a_print_that_is_over_gives_a_schedule_for_the_next(graph: Any, tmp_path: Path) -> None:
     bench = thickness_bench(graph, tmp_path, advice__target_thickness=TARGET_M)
     schedules = bench.listen(topics.SCHEDULE, RateSchedule, topics.SCHEDULE_QOS)
     for number in range(3):
         send(bench, STAMP_NS + number * SECOND, finished=False)
     bench.until(lambda: schedules)
+    bench.node._clear()  # nothing is taught yet
+    bench.until(lambda: len(schedules) == 3)
+    # At the start, when the layer begins, and as it is cleared; not with each capture.
     assert [(each.valid, each.reason) for each in schedules] == [
-        (False, ScheduleReason.NOTHING_LEARNED)]  # once, not with each capture
+        (False, ScheduleReason.NOTHING_LEARNED)] * 3
+    send(bench, STAMP_NS + 4 * SECOND, finished=False)
     send(bench, STAMP_NS + 5 * SECOND, finished=True)
-    bench.until(lambda: len(schedules) > 1)
+    bench.until(lambda: schedules[-1].valid)
     told = schedule_from_message(schedules[-1])
     assert (told.valid, told.print_id, told.based_on) == (True, '', (('print', 0),))
     assert schedules[-1].header.frame_id == BASE
@@ -53,5 +74,3 @@ def test_a_print_that_is_over_gives_a_schedule_for_the_next(graph: Any, tmp_path
                                    topics.SCHEDULE_QOS)
     bench.until(lambda: late)
     assert late[0].valid
-    bench.node._clear()
-    bench.until(lambda: not schedules[-1].valid)

@@ -64,12 +64,13 @@ class LayerLearner:
         self._first: LayerSchedule | None = None  # for a layer as the first of the print
         self._refusal = ScheduleReason.NOTHING_LEARNED  # of the newest layer that is done
         self._print_id, self._layer, self._over = '', _Layer(), False
-        self.told = LayerSchedule.none(0) if kept is None else kept
+        self._next = kept or LayerSchedule.none(0)  # for the next print
+        self.told = self._next
 
     def forget_print(self) -> None:
-        """Forget the print that was going on; what was learned before holds on."""
+        """Forget the print that was going on; what was learned before is for the next."""
         self._print_id, self._layer, self._over = '', _Layer(), False
-        self.told = LayerSchedule.none(self.told.stamp_ns)
+        self.told = self._next
 
     def look(self, profile: ThicknessProfile, path: DepositionPath,
              targets: WidthTargets | None, gain: float, config: ThicknessConfig) -> None:
@@ -122,6 +123,7 @@ class LayerLearner:
             self.told = (LayerSchedule.none(stamp_ns, reason=self._refusal)
                          if self._first is None else
                          replace(self._first, stamp_ns=stamp_ns, print_id='', layer=0))
+            self._next = self.told
 
     def planned(self, path: DepositionPath, config: ThicknessConfig) -> Planned | None:
         """Return what is scheduled along a path that goes on, if the controller follows it."""

@@ -80,14 +80,17 @@ class ResultPublisher:
         if len(plan.finished) > len(self._plan.finished):
             self._propose(plan)
 
-    def clear(self, now_ns: int) -> bool:
-        """Tell who knows of a print that there is none any more; return whether anyone does."""
+    def clear(self, now_ns: int, schedule: LayerSchedule) -> bool:
+        """Tell who knows of a print that there is none any more; return whether anyone does.
+
+        The schedule is that for the next print.
+        """
         if not self._profiles.told:
             return False
         self._profiles.clear(now_ns)
         self._advice.publish(advice_to_message(RateAdvice.none(now_ns)))
         self._verdicts.publish(verdict_to_message(PrintVerdict.none(now_ns), self._frame))
-        self.tell(LayerSchedule.none(now_ns))
+        self.tell(schedule)
         if self._designs is not None:
             self._designs.publish(no_design(now_ns, self._frame))
         self._propose(RepairPlan.none(now_ns))

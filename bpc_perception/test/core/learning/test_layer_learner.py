@@ -207,10 +207,25 @@ def test_of_several_objects_nothing_is_told_after_the_first() -> None:
 def test_a_print_that_is_forgotten_leaves_what_it_taught() -> None:
     learner = LayerLearner()
     look(learner, Stack(WAY), (0, 0.05), end=True)
-    learner.forget_print()
+    look(learner, Stack(OTHER_WAY[:, [1, 0, 2]], print_id='other', start_ns=2 * LATER_NS),
+         (0, 0.03))
     assert not learner.told.valid
+    learner.forget_print()
+    assert (learner.told.valid, learner.told.print_id) == (True, '')
     again = Stack(WAY, print_id='again', start_ns=LATER_NS)
     assert look(learner, again, (0, 0.004)).valid
+
+
+def test_what_is_kept_is_for_the_next_print_of_its_path_until_that_taught() -> None:
+    taught = LayerLearner()
+    kept = look(taught, Stack(WAY), (0, 0.05), end=True)
+    learner = LayerLearner(kept)
+    assert learner.told is kept
+    other = Stack(OTHER_WAY[:, [1, 0, 2]], print_id='other', start_ns=LATER_NS)
+    assert look(learner, other, (0, 0.03)).reason == ScheduleReason.OTHER_PATH
+    again = Stack(WAY, print_id='again', start_ns=2 * LATER_NS)
+    assert look(learner, again, (0, 0.004)).based_on == (('print', 0),)
+    assert look(learner, again, end=True).based_on == (('again', 0),)
 
 
 def test_no_factor_passes_the_limits_whatever_was_measured() -> None:
