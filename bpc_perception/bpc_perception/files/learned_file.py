@@ -21,7 +21,6 @@ HEAD = '''\
 MOST_BYTES = 10_000_000
 MM, MM2 = 1e-3, 1e-6
 ROW = 'place_mm', 'factor', 'x_mm', 'y_mm', 'z_mm'
-TABLE = 'table: place_mm, factor, x_mm, y_mm, z_mm'
 NUMBERS = {'sigma': 1.0, 'level_sigma': 1.0, 'reference_mm2': MM2, 'advance_s': 1.0,
            'retreat_s': 1.0}
 
@@ -37,10 +36,10 @@ def save_learned(file: Path, told: LayerSchedule, config: LearningConfig) -> Non
             'based_on': [{'print': name, 'layer': layer} for name, layer in told.based_on]}
     rows = np.column_stack((schedule.place / MM, schedule.factor, told.points / MM))
     lines = [f'- [{", ".join(f"{value:.6g}" for value in row)}]' for row in rows.tolist()]
-    text = '\n'.join((yaml.safe_dump(head, sort_keys=False), f"'{TABLE}':", *lines)) + '\n'
+    table = '\n'.join((f'table:  # {", ".join(ROW)}', *lines, ''))
     file.parent.mkdir(parents=True, exist_ok=True)
     part = file.with_name(file.name + '.part')
-    part.write_text(HEAD + text, 'utf-8')
+    part.write_text(HEAD + yaml.safe_dump(head, sort_keys=False) + table, 'utf-8')
     part.replace(file)
 
 
@@ -67,7 +66,7 @@ def load_learned(config: LearningConfig, limits: AdviceConfig) -> LayerSchedule 
 
 def _schedule(content: dict[str, Any], limits: AdviceConfig) -> LayerSchedule:
     try:
-        place, factor, *axes = _table(content[TABLE])
+        place, factor, *axes = _table(content['table'])
         numbers = {name: float(content[name]) * unit for name, unit in NUMBERS.items()}
         based_on = tuple((str(one['print']), int(one['layer'])) for one in content['based_on'])
     except (KeyError, TypeError, ValueError) as error:

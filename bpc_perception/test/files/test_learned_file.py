@@ -47,6 +47,7 @@ def test_it_survives_there_and_back(config: LearningConfig) -> None:
 def test_a_user_can_read_it(config: LearningConfig) -> None:
     text = Path(config.file).read_text()
     for words in ('ink: seven', 'nozzle: 22G', 'reference_mm2: 1.0', '- print: two',
+                  'table:  # place_mm, factor, x_mm, y_mm, z_mm',
                   '- [0.5, 0.9, 100.5, 0, 10]'):
         assert words in text
 
