@@ -105,12 +105,14 @@ def needed(record: LayerRecord, delay: Delay) -> Array:
 def _cost(record: LayerRecord, delay: Delay) -> float:
     """Return how badly a delay explains the widths of a layer."""
     value = needed(record, delay)
+    if not np.isfinite(value).any():
+        return float(record.usable.sum())  # it denies all that is seen
     # All delays are judged by the same points: one that denies some must not win by that.
-    value = np.where(record.usable & np.isnan(value), np.nanmedian(value) - 1.0, value) \
-        if np.isfinite(value).any() else np.where(record.usable, 1.0, np.nan)
+    denied = record.usable & np.isnan(value)
+    value = np.where(denied, np.nanmedian(value) - 1.0, value)
     known = np.isfinite(value)
     if known.sum() < 2:
-        return 0.0
+        return float(record.usable.sum())
     place, value = record.place[known], value[known]
     trend = np.column_stack((np.ones(len(place)), place - place.mean()))
     weight = np.ones(len(place))
