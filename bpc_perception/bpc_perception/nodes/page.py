@@ -17,11 +17,11 @@ from bpc_interfaces.msg import DesignComparison, PrintVerdict, RateAdvice
 from bpc_perception.core.config import PageConfig
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import image_to_rgb
-from bpc_perception.messages.design import design_from_message
+from bpc_perception.messages.results.advice import advice_from_message
+from bpc_perception.messages.results.design import design_from_message
+from bpc_perception.messages.results.verdict import verdict_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
-from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.nodes.parts.target_client import TargetClient
 from bpc_perception.nodes.parts.trigger_services import TriggerServices

@@ -27,11 +27,11 @@ from bpc_perception.files.design.wanted import wanted_design
 from bpc_perception.files.hand_eye_file import load_hand_eye
 from bpc_perception.files.parameter_file import configure
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import camera_from_info, image_to_rgb
-from bpc_perception.messages.repair import repair_from_message
+from bpc_perception.messages.results.advice import advice_from_message
+from bpc_perception.messages.results.repair import repair_from_message
+from bpc_perception.messages.results.verdict import verdict_from_message
 from bpc_perception.messages.stamps import ConversionError, stamp_to_ns
-from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.pose_source import subscribe_poses
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.recording.print_folder import RECORDING

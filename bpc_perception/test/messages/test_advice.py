@@ -7,7 +7,7 @@ import pytest
 
 from bpc_interfaces.msg import RateAdvice as RateAdviceMsg
 from bpc_perception.core.advice.rate_advice import RateAdvice, Reason
-from bpc_perception.messages.advice import advice_from_message, advice_to_message
+from bpc_perception.messages.results.advice import advice_from_message, advice_to_message
 
 pytestmark = pytest.mark.ros
 ADVICE = RateAdvice(

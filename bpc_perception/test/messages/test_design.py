@@ -15,7 +15,11 @@ from bpc_perception.core.design.comparison import (
     WantedDesign,
 )
 from bpc_perception.core.design.design import Design
-from bpc_perception.messages.design import design_from_message, design_to_message, no_design
+from bpc_perception.messages.results.design import (
+    design_from_message,
+    design_to_message,
+    no_design,
+)
 from bpc_perception.messages.stamps import ConversionError
 
 pytestmark = pytest.mark.ros

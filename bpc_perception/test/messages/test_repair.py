@@ -11,7 +11,7 @@ from repair_builders import plan, with_gap, with_status
 
 from bpc_perception.core.profile import Status
 from bpc_perception.core.repair.plan import RepairPlan
-from bpc_perception.messages.repair import repair_from_message, repair_to_message
+from bpc_perception.messages.results.repair import repair_from_message, repair_to_message
 from bpc_perception.messages.stamps import ConversionError
 
 pytestmark = pytest.mark.ros

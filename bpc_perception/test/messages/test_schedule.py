@@ -11,7 +11,7 @@ import pytest
 from bpc_interfaces.msg import RateSchedule as RateScheduleMsg
 from bpc_perception.core.learning.layer_schedule import LayerSchedule, ScheduleReason
 from bpc_perception.core.learning.rate_schedule import RateSchedule
-from bpc_perception.messages.schedule import schedule_from_message, schedule_to_message
+from bpc_perception.messages.results.schedule import schedule_from_message, schedule_to_message
 from bpc_perception.messages.stamps import ConversionError
 
 pytestmark = pytest.mark.ros

@@ -10,8 +10,8 @@ import pytest
 from bpc_interfaces.msg import PrintVerdict as PrintVerdictMsg
 from bpc_perception.core.inspection.defects import Defect, DefectKind
 from bpc_perception.core.inspection.verdict import PartVerdict, PrintVerdict, Verdict
+from bpc_perception.messages.results.verdict import verdict_from_message, verdict_to_message
 from bpc_perception.messages.stamps import ConversionError
-from bpc_perception.messages.verdict import verdict_from_message, verdict_to_message
 
 pytestmark = pytest.mark.ros
 VERDICT = PrintVerdict(

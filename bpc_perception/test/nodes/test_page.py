@@ -14,8 +14,8 @@ from sensor_msgs.msg import Image
 from bpc_interfaces.msg import RateAdvice, ThicknessProfile
 from bpc_perception.core.advice.rate_advice import RateAdvice as NoAdvice
 from bpc_perception.core.profile import ThicknessProfile as NoProfile
-from bpc_perception.messages.advice import advice_to_message
 from bpc_perception.messages.profile import profile_to_message
+from bpc_perception.messages.results.advice import advice_to_message
 from bpc_perception.nodes import page
 
 pytestmark = pytest.mark.ros

@@ -15,7 +15,7 @@ from bpc_perception.core.inspection.defects import DefectKind
 from bpc_perception.core.inspection.verdict import Verdict
 from bpc_perception.messages import topics
 from bpc_perception.messages.path import path_to_message
-from bpc_perception.messages.verdict import verdict_from_message
+from bpc_perception.messages.results.verdict import verdict_from_message
 
 pytestmark = pytest.mark.ros
 

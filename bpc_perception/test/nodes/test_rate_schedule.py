@@ -13,7 +13,7 @@ from bpc_interfaces.msg import RateSchedule
 from bpc_perception.core.learning.layer_schedule import ScheduleReason
 from bpc_perception.messages import topics
 from bpc_perception.messages.path import path_to_message
-from bpc_perception.messages.schedule import schedule_from_message
+from bpc_perception.messages.results.schedule import schedule_from_message
 
 pytestmark = pytest.mark.ros
 ENDS = (32, 55), (128, 55)

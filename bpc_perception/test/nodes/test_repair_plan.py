@@ -15,7 +15,7 @@ from bpc_perception.core.repair.plan import NextLayer, Obstacle
 from bpc_perception.messages import topics
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.path import path_to_message
-from bpc_perception.messages.repair import repair_from_message
+from bpc_perception.messages.results.repair import repair_from_message
 
 pytestmark = pytest.mark.ros
 FIRST, LAST = 70, 99  # columns of a gap

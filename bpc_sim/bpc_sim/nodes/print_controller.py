@@ -11,9 +11,9 @@ from std_msgs.msg import Float64
 
 from bpc_interfaces.msg import ExtrusionState, RateAdvice, RateSchedule
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.poses.pose import pose_to_matrix
-from bpc_perception.messages.schedule import schedule_from_message
+from bpc_perception.messages.results.advice import advice_from_message
+from bpc_perception.messages.results.schedule import schedule_from_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_perception.runtime.diagnostics import Diagnostics
 from bpc_perception.runtime.parameters import NodeConfig

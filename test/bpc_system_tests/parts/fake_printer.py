@@ -18,10 +18,10 @@ from bpc_perception.core.config import BASE
 from bpc_perception.core.parameter import flatten
 from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_to_message
-from bpc_perception.messages.design import design_to_message
 from bpc_perception.messages.profile import profile_to_message
-from bpc_perception.messages.verdict import verdict_to_message
+from bpc_perception.messages.results.advice import advice_to_message
+from bpc_perception.messages.results.design import design_to_message
+from bpc_perception.messages.results.verdict import verdict_to_message
 from bpc_perception.messages.views import overlay_message
 from bpc_perception.runtime.isolated_graph import Graph
 from bpc_system_tests.parts.sample_print import settings

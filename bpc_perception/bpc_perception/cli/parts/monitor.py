@@ -35,11 +35,11 @@ from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.display.plain_text import one_line
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_from_message
-from bpc_perception.messages.design import design_from_message
-from bpc_perception.messages.repair import repair_from_message
+from bpc_perception.messages.results.advice import advice_from_message
+from bpc_perception.messages.results.design import design_from_message
+from bpc_perception.messages.results.repair import repair_from_message
+from bpc_perception.messages.results.verdict import verdict_from_message
 from bpc_perception.messages.stamps import ConversionError
-from bpc_perception.messages.verdict import verdict_from_message
 from bpc_perception.nodes.parts.profile_follower import ProfileFollower
 from bpc_perception.runtime.signals import end_in_time, ending_signals
 from bpc_perception.runtime.transport.dds_profiles import receive_profile

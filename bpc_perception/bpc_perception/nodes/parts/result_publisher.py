@@ -17,11 +17,11 @@ from bpc_perception.core.learning.layer_schedule import LayerSchedule
 from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.core.result import Result
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_to_message
-from bpc_perception.messages.design import design_to_message, no_design
-from bpc_perception.messages.repair import repair_to_message
-from bpc_perception.messages.schedule import schedule_to_message
-from bpc_perception.messages.verdict import verdict_to_message
+from bpc_perception.messages.results.advice import advice_to_message
+from bpc_perception.messages.results.design import design_to_message, no_design
+from bpc_perception.messages.results.repair import repair_to_message
+from bpc_perception.messages.results.schedule import schedule_to_message
+from bpc_perception.messages.results.verdict import verdict_to_message
 from bpc_perception.nodes.parts.profile_publisher import ProfilePublisher
 
 

@@ -21,9 +21,9 @@ from bpc_perception.core.inspection.verdict import PrintVerdict
 from bpc_perception.core.profile import ThicknessProfile
 from bpc_perception.core.repair.plan import RepairPlan
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_to_message
-from bpc_perception.messages.repair import repair_to_message
-from bpc_perception.messages.verdict import verdict_to_message
+from bpc_perception.messages.results.advice import advice_to_message
+from bpc_perception.messages.results.repair import repair_to_message
+from bpc_perception.messages.results.verdict import verdict_to_message
 from bpc_perception.runtime.isolated_graph import Graph
 
 pytestmark = pytest.mark.ros

@@ -24,7 +24,6 @@ from bpc_perception.core.profile import Status
 from bpc_perception.core.robot.hand_eye import HandEye
 from bpc_perception.core.session import Session
 from bpc_perception.messages import topics
-from bpc_perception.messages.advice import advice_from_message
 from bpc_perception.messages.capture import capture_to_messages
 from bpc_perception.messages.capture_pairing import CapturePairer
 from bpc_perception.messages.extruder import extruder_from_message, joint_motion
@@ -35,6 +34,7 @@ from bpc_perception.messages.profile import (
     profile_from_message,
     profile_to_message,
 )
+from bpc_perception.messages.results.advice import advice_from_message
 from bpc_perception.messages.stamps import ConversionError
 from bpc_system_tests.robustness.fuzz_targets.sample_messages import (
     recorded_messages,

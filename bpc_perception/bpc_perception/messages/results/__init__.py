@@ -1,0 +1,1 @@
+"""Conversions of what comes of a capture."""
