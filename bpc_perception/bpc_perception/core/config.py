@@ -128,12 +128,6 @@ class LearningConfig(Config):
     nozzle: Annotated[str, Parameter(
         'Name or size of the nozzle; what is kept of another is refused', read_only=True)] = ''
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.file and not (self.ink and self.nozzle):
-            raise ConfigError('learning.file: expected learning.ink and learning.nozzle with it, '
-                              'found one empty; name both, what is learned holds for them alone')
-
 
 @dataclass(frozen=True)
 class ToleranceConfig(Config):

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bpc_perception.core.config import AdviceConfig, LearningConfig
+from bpc_perception.core.config import AdviceConfig, LearningConfig, ThicknessConfig
 from bpc_perception.core.learning.layer_schedule import LayerSchedule, ScheduleReason
 from bpc_perception.core.learning.rate_schedule import RateSchedule
-from bpc_perception.core.parameter import ConfigError
 from bpc_perception.files.learned_file import load_learned, save_learned
 from bpc_perception.files.yaml_file import FileError
+from bpc_perception.nodes.parts.kept_learning import KeptLearning
 
 LIMITS = AdviceConfig()
 TOLD = LayerSchedule(
@@ -108,6 +108,9 @@ def test_what_is_no_such_file_is_refused(config: LearningConfig, text: str) -> N
         load_learned(config, LIMITS)
 
 
-def test_a_file_needs_the_names_of_ink_and_nozzle() -> None:
-    with pytest.raises(ConfigError, match=r'learning\.ink and learning\.nozzle'):
-        LearningConfig(file='a.yaml', ink='seven')
+def test_a_file_needs_the_names_of_ink_and_nozzle(config: LearningConfig) -> None:
+    nameless = ThicknessConfig(learning=replace(config, nozzle=''))
+    said: list[str] = []
+    assert KeptLearning(nameless, said.append).told is None
+    assert len(said) == 1
+    assert 'expected learning.ink and learning.nozzle' in said[0]

@@ -92,4 +92,5 @@ def test_no_worse_than_a_tuned_pi(part: str, table: dict[tuple[str, str], Row]) 
 def test_every_scenario_is_asked_for_something() -> None:
     named = {name for content in LINES.values() for name in content['scenarios']}
     named |= {name for part in BETTER['pi'].values() for name in part['scenarios']}
+    named |= set(LEARNED['scenarios'])
     assert named - {'every'} == set(SITUATIONS)

@@ -23,6 +23,10 @@ class KeptLearning:
         self._config, self._warn = config.learning, warn
         self._writes = bool(config.learning.file and config.learning.enabled)
         self.told: LayerSchedule | None = None
+        if self._writes and not (config.learning.ink and config.learning.nozzle):
+            self._writes = False
+            warn('learning.file: expected learning.ink and learning.nozzle with it, found one '
+                 'empty; name both, what is learned holds for them alone')
         try:
             self.told = load_learned(config.learning, config.advice) if self._writes else None
         except FileError as error:
