@@ -17,9 +17,8 @@ class PTypeLearner:
     """Adds a share of the last layer's error to the logarithm of the factors [Arimoto 1984].
 
     u_next(s) = Q (u(s) + gain e(s + lead)), with e the logarithm of the area wanted over that
-    found and Q a Gaussian window. The constants have the least mean of the squared width error in
-    the third layer, relative to no feedback, over the scenarios without a fault, on seeds of
-    their own (``bpc_sim.studies.closed_loop.tuning``).
+    found and Q a Gaussian window. The constants are in the middle of those that
+    ``bpc_sim.studies.closed_loop.tuning`` can compare; they are not tuned.
 
     Args:
         gain: share of the error that is added.
