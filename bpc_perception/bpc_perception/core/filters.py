@@ -98,6 +98,14 @@ def places_of(known: Array, asked: Array) -> Index:
     return np.where(known[place] == asked, place, -1)
 
 
+def near_any(arc: Array, places: Array, reach: float) -> Flags:
+    """Return which of increasing arc lengths (N,) are within a reach of any place (K,) [m]."""
+    near = np.zeros(len(arc) + 1)
+    np.add.at(near, np.searchsorted(arc, places - reach), 1)
+    np.add.at(near, np.searchsorted(arc, places + reach, side='right'), -1)
+    return np.asarray(np.cumsum(near)[:-1] > 0)
+
+
 def running_mean(values: Array, window: int, piece: Index) -> Array:
     """Return the mean of the known values (N, K) over ``window`` neighbours.
 

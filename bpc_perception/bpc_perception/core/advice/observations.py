@@ -25,6 +25,7 @@ from bpc_perception.core.advice.laid import (
     recorded_rate,
 )
 from bpc_perception.core.arrays import Array, Flags, Index
+from bpc_perception.core.filters import near_any
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
 
@@ -187,13 +188,10 @@ class Observations:
     def _usable(self) -> Flags:
         """Return which path points (N,) have a width to learn from."""
         arc = self._path.arc_length
-        gap = np.flatnonzero(self._width == 0)
-        near = np.zeros(len(arc) + 1)
-        np.add.at(near, np.searchsorted(arc, arc[gap] - GAP_MARGIN_M), 1)
-        np.add.at(near, np.searchsorted(arc, arc[gap] + GAP_MARGIN_M, side='right'), -1)
+        near = near_any(arc, arc[self._width == 0], GAP_MARGIN_M)
         laid = self.laid
         return np.asarray((self._width > 0) & laid.laying & laid.steady & laid.under_way
-                          & (arc >= self._start) & (np.cumsum(near)[:-1] == 0))
+                          & (arc >= self._start) & ~near)
 
     def is_volume(self) -> bool:
         """Return whether what is commanded is about the volume that is seen, and not a rate only.

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bpc_perception.core.advice.laid import commanded_rates, held_rates, recorded_rate
+from bpc_perception.core.advice.observations import GAP_MARGIN_M
 from bpc_perception.core.arrays import Array, Flags, Index
-from bpc_perception.core.filters import places_of, runs
+from bpc_perception.core.filters import near_any, places_of, runs
 from bpc_perception.core.path.deposition_path import DepositionPath
 from bpc_perception.core.profile import Status, ThicknessProfile
 from bpc_perception.core.targets import WidthTargets
 
 TIME_STEP_S = 0.02  # between the times at which commands are looked at
-GAP_MARGIN_M = 1e-3  # next to a gap the bead tapers
 HALF = 0.5  # of the wanted width: where a bead begins and ends
 LEAST_POINTS = 10
 SAME_PATH_M = 1e-3  # between the middles of strokes
@@ -96,11 +96,8 @@ class LayerRecord:
     @cached_property
     def usable(self) -> Flags:
         """Whether each point (N,) has a width that tells how much ink arrived."""
-        gap = self.place[self.width == 0]
-        near = np.zeros(len(self) + 1)
-        np.add.at(near, np.searchsorted(self.place, gap - GAP_MARGIN_M), 1)
-        np.add.at(near, np.searchsorted(self.place, gap + GAP_MARGIN_M, side='right'), -1)
-        return np.asarray((self.width > 0) & (self.rate > 0) & (np.cumsum(near)[:-1] == 0))
+        near = near_any(self.place, self.place[self.width == 0], GAP_MARGIN_M)
+        return np.asarray((self.width > 0) & (self.rate > 0) & ~near)
 
     @property
     def coverage(self) -> float:
